@@ -92,6 +92,14 @@ def star(points, width, height):
 BALL = b"LIGHT 0 DIR 0 0 -1 1 1 1\nLOOKAT 0 0 6 0 0 0 0 1 0\nMESH m KNOT 2000 1000\n"
 
 
+def layers(count):
+    """Returns an OBJ file of triangles that fill the view, from far to near."""
+    faces = (f"v -90 -60 {i / count}\nv 90 -60 {i / count}\nv 0 99 {i / count}\nf -3 -2 -1\n" for i in range(count))
+    return "".join(faces).encode()
+
+
+LAYERS = b"LIGHT 0 DIR 0 0 -1 1 1 1\nLOOKAT 0 0 6 0 0 0 0 1 0\nCULL none\n" + payload("MESH m OBJ", layers(10_000))
+
 FAR_FILL = b"FILL -1e300 -1e300 1e300 0 0 1e299 ff0000 00ff00 0000ff\n"
 
 QUALITY = (
@@ -100,7 +108,7 @@ QUALITY = (
 )
 
 
-def attacks(width, height, folder):
+def attacks(width, height, folder, program=""):
     """Returns a dict of name to the functions for bytes sent once and bytes sent repeatedly."""
     fill = f"FILL 0 0 {2 * width} 0 0 {2 * height} ff0000 00ff00 0000ff\n".encode()
     over = b"BLEND over\n" + fill.replace(b"ff0000", b"ff000080")
@@ -110,6 +118,10 @@ def attacks(width, height, folder):
         with open(os.path.join(folder, name), "wb") as out:
             out.write(obj_grid(700))
         return b""
+
+    def eye():
+        made = subprocess.run([program, "eye", "--make", "tesseract"], capture_output=True, check=True)
+        return payload("EYE e", made.stdout) + b"\n"
 
     return {
         "none": (lambda: b"", lambda: b"SIZE\n"),
@@ -134,6 +146,12 @@ def attacks(width, height, folder):
         "free": (lambda: b"", lambda: b"MESH m KNOT 2000 1000\nFREE m\n"),
         "quality": (lambda: QUALITY, lambda: b"ROTATE 0 1 0 0.01\nDRAW m\n"),
         "draw": (lambda: BALL, lambda: b"DRAW m\n"),
+        "first-draw": (lambda: BALL, lambda: b"MESH m KNOT 2000 1000\nDRAW m\n"),
+        "gouraud": (lambda: BALL + b"SHADE gouraud\n", lambda: b"DRAW m\n"),
+        "layers": (lambda: LAYERS, lambda: b"DRAW m\n"),
+        "transparent": (lambda: LAYERS + b"MATERIAL black #cc black 1 black .5\n", lambda: b"DRAW m\n"),
+        "drawscene": (lambda: payload("SCENE X3D", x3d_grid(1000)), lambda: b"DRAWSCENE\n"),
+        "draweye": (eye, lambda: f"DRAWEYE e 0 0 {width} {height}\n".encode()),
         "painter": (lambda: BALL + b"HIDE painter\n", lambda: b"DRAW m\n"),
         "wire": (lambda: BALL + b"SHADE wire\n", lambda: b"DRAW m\n"),
     }
@@ -194,7 +212,7 @@ def measure(program, size, name, syncs, seconds, threads):
         try:
             while not os.path.exists(path):
                 time.sleep(0.01)
-            first, again = attacks(width, height, folder)[name]
+            first, again = attacks(width, height, folder, program)[name]
             here, there = multiprocessing.Pipe()
             worker = multiprocessing.Process(target=attack, args=(path, first(), again(), seconds + 60, there))
             worker.start()

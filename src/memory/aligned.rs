@@ -10,7 +10,7 @@ const LINE: usize = 64;
 const LARGE: usize = 2 * HUGE_PAGE_BYTES;
 
 /// Fixed-length slice on the heap that begins at a cache line, or at a huge page if it is large.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Aligned<T> {
     items: Vec<T>,
     /// Index of the first item of the slice; the items before it are padding.

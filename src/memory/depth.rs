@@ -118,18 +118,6 @@ pub(crate) struct DepthCells<'a> {
     pub far: i32,
 }
 
-impl DepthCells<'_> {
-    /// Returns a shorter borrow of the cells.
-    pub fn reborrow(&mut self) -> DepthCells<'_> {
-        DepthCells {
-            words: &mut *self.words,
-            narrow: &mut *self.narrow,
-            pending_clear: &mut *self.pending_clear,
-            far: self.far,
-        }
-    }
-}
-
 /// Stored words of a run of pixels; see [`DepthFormat::encode`].
 #[derive(Debug)]
 pub enum DepthWords<'a> {

@@ -103,6 +103,11 @@ impl VideoMemory {
         Ok(memory)
     }
 
+    /// Creates a frame without pixels, in the place of one that is lent.
+    pub(crate) fn vacant() -> Self {
+        VideoMemory { width: 0, height: 0, bytes: Aligned::default(), damage: NO_ROWS, window: 0..0 }
+    }
+
     /// Returns the width in pixels.
     #[inline]
     pub fn width(&self) -> u32 {

@@ -9,6 +9,7 @@
 //! leaves rows out.
 
 use super::draw_call::Target;
+use super::preemption::Preemption;
 use super::viewport::ViewportTransform;
 use crate::executor::Executor;
 use crate::memory::{blend, opaque};
@@ -36,7 +37,7 @@ pub(super) fn paint_sky(
     viewport: Viewport,
     camera: &Camera,
     sky: &Sky,
-    executor: &Executor,
+    (executor, preemption): (&Executor, &Preemption),
 ) {
     let width = target.memory.width();
     let screen = ViewportTransform::new(viewport, width, target.memory.height());
@@ -47,12 +48,10 @@ pub(super) fn paint_sky(
     if clip.is_empty() {
         return;
     }
-    let pixels = target.memory.bytes_mut().as_chunks_mut::<4>().0;
-    let (width, first) = (width as usize, clip.y0);
-    let rows = &mut pixels[width * clip.y0 as usize..width * clip.y1 as usize];
-    let paint_row = |j: usize, row: &mut [[u8; 4]]| {
+    let width = width as usize;
+    let paint_row = |y: i32, row: &mut [[u8; 4]]| {
         for x in clip.x0..clip.x1 {
-            let color = sky.color(rays.at(screen.ndc_of_pixel(x, first + j as i32)));
+            let color = sky.color(rays.at(screen.ndc_of_pixel(x, y)));
             let pixel = &mut row[x as usize];
             match sky.opacity >= 1.0 {
                 true => *pixel = opaque(color),
@@ -60,9 +59,22 @@ pub(super) fn paint_sky(
             }
         }
     };
-    executor.run(|| executor.chunks(rows, width, paint_row));
-    target.memory.mark_rows(clip.y0 as u32..clip.y1 as u32);
+    let rows_at_once = match preemption.is_possible() {
+        true => (PIXELS_AT_ONCE / width).max(1),
+        false => (clip.y1 - clip.y0) as usize,
+    };
+    for first in (clip.y0..clip.y1).step_by(rows_at_once) {
+        let end = clip.y1.min(first + rows_at_once as i32);
+        let pixels = target.memory.bytes_mut().as_chunks_mut::<4>().0;
+        let rows = &mut pixels[width * first as usize..width * end as usize];
+        executor.run(|| executor.chunks(rows, width, |j, row| paint_row(first + j as i32, row)));
+        target.memory.mark_rows(first as u32..end as u32);
+        preemption.point(target);
+    }
 }
+
+/// Pixels of a sky between two preemption points.
+const PIXELS_AT_ONCE: usize = 1 << 16;
 
 /// World-space directions of the rays through NDC points.
 struct Rays {

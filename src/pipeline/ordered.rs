@@ -5,11 +5,12 @@
 //! prepared in batches of the list. Every pixel belongs to one band and every band draws its faces
 //! in order, so the result equals that of the plain path for all that it draws: transparency, fog,
 //! every depth format, painter. If a SIMD level is given, supported faces are drawn by vector
-//! kernels.
+//! kernels. A draw that is preempted stops in each band between two faces, and goes on there.
 
 use super::assemble::Face;
 use super::depth_sort::recycle;
 use super::draw_call::{DrawStats, Target};
+use super::preemption::{NOT_PREEMPTED, Slice};
 use super::prepared_draw::PreparedDraw;
 use super::reference::WriteMask;
 use super::shade::FaceShade;
@@ -24,11 +25,16 @@ use crate::simd::Level;
 use rayon::prelude::*;
 use std::fmt;
 use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// Faces prepared before they are drawn: bounds the memory for prepared faces.
 const BATCH: usize = 8192;
 /// Rows of a band.
 const BAND_ROWS: u32 = 16;
+/// Pixels of a band that are drawn between two readings of the clock: some 100 us; and those that
+/// take as long as a face takes beside its pixels.
+const UNIT_PIXELS: i64 = 1 << 15;
+const FACE_COST: i64 = 1 << 10;
 /// Total bounding-box pixels below which the calling thread draws alone: waking others costs more.
 const FEW_PIXELS: u64 = 20_000;
 
@@ -61,6 +67,8 @@ pub(crate) fn face_list_bytes(faces: u64) -> u64 {
 pub(crate) struct FaceList {
     blended_setups: Vec<BlendedSetup>,
     prepared_faces: Vec<PreparedFaceResult<'static>>,
+    /// For each band, the number of faces of the batch that it has passed.
+    progress: Vec<AtomicU32>,
 }
 
 impl fmt::Debug for FaceList {
@@ -73,6 +81,7 @@ impl FaceList {
     /// Returns the bytes that the lists take.
     pub fn size_bytes(&self) -> usize {
         self.prepared_faces.capacity() * size_of::<PreparedFaceResult>()
+            + self.progress.capacity() * size_of::<AtomicU32>()
             + self.blended_setups.capacity() * size_of::<BlendedSetup>()
             + self.blended_setups.iter().map(BlendedSetup::size_bytes).sum::<usize>()
     }
@@ -89,11 +98,15 @@ pub(crate) fn draw_in_order(
     stats: &mut DrawStats,
 ) {
     let pool = executor.pool();
+    let preemption = all.first().map_or(&NOT_PREEMPTED, |any| any.preemption);
     if pool.is_none() && level.is_none() {
         let faces = list.iter().take_while(|_| !executor.is_cancelled());
-        return faces.for_each(|&(o, t)| all[o].draw_any_face(t, target, stats));
+        return faces.for_each(|&(o, t)| {
+            preemption.point(target);
+            all[o].draw_any_face(t, target, stats);
+        });
     }
-    let FaceList { blended_setups, prepared_faces } = std::mem::take(lists);
+    let FaceList { blended_setups, prepared_faces, mut progress } = std::mem::take(lists);
     let (mut blended_setups, mut prepared_faces): (Vec<BlendedSetup>, Vec<PreparedFaceResult>) =
         (blended_setups, prepared_faces);
     if level.is_some() {
@@ -133,24 +146,33 @@ pub(crate) fn draw_in_order(
         let area = |b: &PixelRect| (b.x1 - b.x0).max(0) as u64 * (b.y1 - b.y0).max(0) as u64;
         let pixels: u64 = faces().map(|f| area(&f.bounds)).sum();
         let Some(any) = all.first() else { continue };
-        let target_rows = any.target_rows(target);
         let rows = top.max(0) as u32..bottom.max(top).max(0) as u32;
-        let (_, target_rows) = target_rows.split(rows.start);
-        let (target_rows, _) = target_rows.split(rows.end);
+        progress.clear();
+        progress.resize_with(rows.len().div_ceil(BAND_ROWS as usize).max(1), AtomicU32::default);
         let work = Work {
             all,
             faces: &prepared_faces,
             level: level.unwrap_or(Level::Portable),
             cancel: executor.cancel(),
+            first_row: rows.start,
+            progress: &progress,
         };
-        let (own, written) = match pool.filter(|_| pixels >= FEW_PIXELS) {
-            None => work.draw_band(target_rows),
-            Some(pool) => pool.install(|| work.share(target_rows, rows)),
-        };
-        *stats += own;
-        target.memory.mark_rows(written);
+        let pool = pool.filter(|_| pixels >= FEW_PIXELS);
+        while !work.is_complete(pool.is_some()) && !executor.is_cancelled() {
+            let (_, target_rows) = any.target_rows(target).split(rows.start);
+            let (target_rows, _) = target_rows.split(rows.end);
+            let slice = &Slice::new(preemption);
+            let (own, written) = match pool {
+                None => work.draw_band(target_rows, &progress[0], slice),
+                Some(pool) => pool.install(|| work.share(target_rows, rows.clone(), slice)),
+            };
+            *stats += own;
+            target.memory.mark_rows(written);
+            preemption.point(target);
+        }
     }
     prepared_faces.clear();
+    lists.progress = progress;
     lists.prepared_faces = recycle(prepared_faces);
     lists.blended_setups = blended_setups;
 }
@@ -161,30 +183,59 @@ struct Work<'w, 'a> {
     faces: &'w [PreparedFaceResult<'w>],
     level: Level,
     cancel: &'w CancelToken,
+    first_row: u32,
+    /// For each band, the number of faces that it has passed.
+    progress: &'w [AtomicU32],
 }
 
 impl Work<'_, '_> {
+    /// Returns whether all faces are drawn: in all bands, or in the only one if there is no pool.
+    fn is_complete(&self, has_bands: bool) -> bool {
+        let bands = if has_bands { self.progress } else { &self.progress[..1] };
+        bands.iter().all(|passed| passed.load(Relaxed) as usize >= self.faces.len())
+    }
+
     /// Splits the target rows in halves down to single bands, and draws these on the pool.
-    fn share(&self, target_rows: TargetRows, rows: Range<u32>) -> (DrawStats, Range<u32>) {
+    fn share(&self, target_rows: TargetRows, rows: Range<u32>, slice: &Slice) -> (DrawStats, Range<u32>) {
         if rows.len() as u32 <= BAND_ROWS {
-            return self.draw_band(target_rows);
+            let band = ((rows.start - self.first_row) / BAND_ROWS) as usize;
+            return self.draw_band(target_rows, &self.progress[band], slice);
         }
         let middle = rows.start + (rows.len() as u32 / 2).next_multiple_of(BAND_ROWS);
         let (above, below) = target_rows.split(middle);
-        let (a, b) =
-            rayon::join(|| self.share(above, rows.start..middle), || self.share(below, middle..rows.end));
+        let (a, b) = rayon::join(
+            || self.share(above, rows.start..middle, slice),
+            || self.share(below, middle..rows.end, slice),
+        );
         let mut stats = a.0;
         stats += b.0;
         (stats, joined(a.1, b.1))
     }
 
-    /// Draws all faces that reach the rows of one band. Returns the statistics and the rows
-    /// written.
-    fn draw_band(&self, mut target_rows: TargetRows) -> (DrawStats, Range<u32>) {
+    /// Draws the faces that reach the rows of one band and that it has not passed, until the slice
+    /// is over. Returns the statistics and the rows written.
+    fn draw_band(
+        &self,
+        mut target_rows: TargetRows,
+        passed: &AtomicU32,
+        slice: &Slice,
+    ) -> (DrawStats, Range<u32>) {
         let mut stats = DrawStats::default();
         let rows = target_rows.rows();
-        let faces = self.faces.iter().filter_map(|(prepared_faces, _)| prepared_faces.as_ref());
-        for f in faces.filter(|f| f.bounds.y0 < rows.end && f.bounds.y1 > rows.start) {
+        // Pixels to draw until the clock is read again.
+        let (mut left, first) = (0, passed.load(Relaxed) as usize);
+        for (i, (face, _)) in self.faces.iter().enumerate().skip(first) {
+            let Some(f) = face.as_ref().filter(|f| f.bounds.y0 < rows.end && f.bounds.y1 > rows.start) else {
+                continue;
+            };
+            if left <= 0 {
+                if slice.is_over() {
+                    passed.store(i as u32, Relaxed);
+                    return (stats, target_rows.written);
+                }
+                left = UNIT_PIXELS;
+            }
+            left -= FACE_COST + i64::from(rows.end - rows.start) * i64::from(f.bounds.x1 - f.bounds.x0);
             if self.cancel.is_cancelled() {
                 break;
             }
@@ -206,6 +257,7 @@ impl Work<'_, '_> {
                 ),
             }
         }
+        passed.store(self.faces.len() as u32, Relaxed);
         (stats, target_rows.written)
     }
 }

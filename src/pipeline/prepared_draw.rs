@@ -16,6 +16,7 @@ use crate::pipeline::normals::{NormalMatrix, Normals};
 use crate::pipeline::pixel::PixelRules;
 use crate::pipeline::plan::{Part, Plan};
 use crate::pipeline::planner::plan_draw;
+use crate::pipeline::preemption::{NOT_PREEMPTED, Preemption};
 use crate::pipeline::target_rows::TargetRows;
 use crate::pipeline::vertex::{Transform, Vertex};
 use crate::pipeline::viewport::ViewportTransform;
@@ -66,6 +67,8 @@ pub(crate) struct PreparedDraw<'a> {
     pub normal_matrix: NormalMatrix,
     /// Token that ends long loops over faces, lines and points early.
     pub cancel: &'a CancelToken,
+    /// Handle by which the draw is preempted.
+    pub preemption: &'a Preemption,
 }
 
 impl<'a> PreparedDraw<'a> {
@@ -142,6 +145,7 @@ impl<'a> PreparedDraw<'a> {
             geometry_info,
             normal_matrix: NormalMatrix::of(&call.model),
             cancel: &NEVER,
+            preemption: &NOT_PREEMPTED,
         }
     }
 

@@ -14,6 +14,7 @@ use super::geometry_cache::{GeometryInfo, Needs};
 use super::ordered::draw_in_order;
 use super::path_plan::add_path;
 use super::plan::{Part, Plan};
+use super::preemption::Preemption;
 use super::prepared_draw::{Layer, PreparedDraw};
 use super::scene_plan::plan_scene_for;
 use super::tile::{HIERARCHICAL_Z_BYTES, LIST_BYTES, list_bound};
@@ -55,6 +56,8 @@ pub struct RenderOptions {
     /// Token that ends a draw early. Pixels drawn so far stay; the returned statistics are
     /// meaningless.
     pub cancel: CancelToken,
+    /// Handle by which draws are preempted.
+    pub preemption: Preemption,
 }
 
 /// Draws meshes and scenes, and keeps working memory and geometry facts between draws.
@@ -104,6 +107,11 @@ impl Renderer {
         }
         self.executor = Executor::new(options.pool.clone(), options.cancel.clone());
         self.options = options;
+    }
+
+    /// Sets the handle by which later draws are preempted.
+    pub fn set_preemption(&mut self, preemption: Preemption) {
+        self.options.preemption = preemption;
     }
 
     /// Returns the renderer's settings.
@@ -257,17 +265,14 @@ impl Renderer {
     /// As [`super::draw`], and when the working memory does not fit the budget.
     pub fn draw(&mut self, target: &mut Target, call: &DrawCall) -> Result<DrawStats, PipelineError> {
         let mut stats = DrawStats::default();
-        let cancel = self.options.cancel.clone();
-        let mut prepared = PreparedDraw::with(
-            call,
-            target,
-            self.geometry_info(call),
-            std::mem::take(&mut self.workspace.recycled),
-            &mut stats,
-        )?;
-        prepared.cancel = &cancel;
+        let (cancel, preemption) = (self.options.cancel.clone(), self.options.preemption.clone());
+        let items = call.geometry.mesh.corners.len();
+        let geometry_info = preemption.without(target, items, || self.geometry_info(call));
+        let recycled = std::mem::take(&mut self.workspace.recycled);
+        let mut prepared = PreparedDraw::with(call, target, geometry_info, recycled, &mut stats)?;
+        (prepared.cancel, prepared.preemption) = (&cancel, &preemption);
         add_path(&mut prepared.plan, call, target);
-        self.prepare_geometry(&prepared)?;
+        preemption.without(target, items, || self.prepare_geometry(&prepared))?;
         self.reserve(target, |own| own.at_worst(&prepared, target))?;
         prepared.open_buffers(target);
         self.faces(&mut prepared, Layer::All, target, &mut stats);
@@ -297,6 +302,14 @@ impl Renderer {
         Ok(())
     }
 
+    /// Computes the facts that draws need of their geometries.
+    ///
+    /// # Errors
+    /// When they do not fit the budget.
+    fn prepare_geometries(&mut self, all: &[PreparedDraw]) -> Result<(), OverBudget> {
+        all.iter().try_for_each(|prepared| self.prepare_geometry(prepared))
+    }
+
     /// Reserves the memory for drawing these objects; `face_list` is that of the faces drawn in
     /// submission order.
     fn reserve_scene(
@@ -304,9 +317,6 @@ impl Renderer {
         all: &[PreparedDraw],
         (target, face_list): (&Target, &WorkingBytes),
     ) -> Result<(), PipelineError> {
-        for prepared in all {
-            self.prepare_geometry(prepared)?;
-        }
         self.reserve(target, |own| {
             let mut worst = *face_list;
             let is_large = |p: &&PreparedDraw| !is_small(p);
@@ -347,20 +357,28 @@ impl Renderer {
         if prepared.plan.uses(Part::TileRenderer) && !self.reserve_plain(prepared) {
             // The plan did not foresee this path, and its lists do not fit: draw face by face
             // without them.
-            (0..prepared.call.geometry.mesh.triangles.len() as u32)
-                .for_each(|t| prepared.draw_face(t, layer, target, stats));
+            for t in 0..prepared.call.geometry.mesh.triangles.len() as u32 {
+                if self.executor.is_cancelled() {
+                    return;
+                }
+                prepared.preemption.point(target);
+                prepared.draw_face(t, layer, target, stats);
+            }
             return;
         }
-        prepared.transform_all();
+        let (preemption, items) = (prepared.preemption, prepared.items());
+        preemption.without(target, items, || prepared.transform_all());
         if prepared.call.shade == ShadeMode::Wire {
             prepared.draw_wire(target, stats);
         } else {
             let all = std::slice::from_ref(&*prepared);
             let mut order = std::mem::take(&mut self.workspace.order);
-            order.collect_faces(all, |p, t| p.is_in(t, layer));
-            if prepared.plan.uses(Part::SortFaces) {
-                order.sort(all, self.executor.cancel());
-            }
+            preemption.without(target, items, || {
+                order.collect_faces(all, |p, t| p.is_in(t, layer));
+                if prepared.plan.uses(Part::SortFaces) {
+                    order.sort(all, self.executor.cancel());
+                }
+            });
             self.draw_in_order(all, order.list(), target, stats);
             self.workspace.order = order;
         }

@@ -16,10 +16,11 @@ use super::assemble::{Face, Facing};
 use super::draw_call::{CoarseDepth, DrawCall, DrawStats, Target};
 use super::indexed_mesh::IndexedMesh;
 use super::plan::{Part, Plan};
+use super::preemption::Slice;
 use super::prepared_draw::PreparedDraw;
 use super::sampler::Footprint;
 use super::shade::ShadingFrequency;
-use super::tile::{self, ExactFace, FRAME_LIMITS, FrameSlices, Scratch};
+use super::tile::{self, ExactFace, FRAME_LIMITS, FrameSlices, Scratch, TileDraw, TileStats};
 use super::vertex::Vertex;
 use crate::executor::Executor;
 use crate::memory::opaque;
@@ -129,15 +130,49 @@ impl PreparedDraw<'_> {
         let serial = self.is_small().then(|| context.executor.serial());
         let executor = serial.as_ref().unwrap_or(context.executor);
         let (level, format) = (context.level, target.depth_format);
-        let result = executor.run(|| {
-            self.make_tables(&mut inputs, level, executor, tables);
-            let frame = frame_of(target, self.plan.uses(Part::DepthMemory));
-            self.with_job(&inputs, tables, format, |job| tile::render(level, executor, scratch, job, frame))
+        let items = self.items();
+        let result = self.preemption.run_draw(executor, || {
+            let make_tables = || self.make_tables(&mut inputs, level, executor, tables);
+            self.preemption.without(target, items, || executor.run(make_tables));
+            self.with_job(&inputs, tables, format, |job| {
+                self.draw_job(job, (level, executor), scratch, target)
+            })
         });
         recycled.take_back(inputs.bindings);
-        target.memory.mark_rows(result.rows.0..result.rows.1);
         *stats += self.counted(result.draw);
         true
+    }
+
+    /// Draws a job by the tile renderer. The owner of the target has it while faces are binned, and
+    /// between slices of the rows of tiles.
+    fn draw_job(
+        &self,
+        job: &tile::DrawJob<'_>,
+        (level, executor): (Level, &Executor),
+        scratch: &mut Scratch,
+        target: &mut Target,
+    ) -> TileStats {
+        let (preemption, items) = (self.preemption, self.items());
+        let (width, has_depth) = (target.memory.width() as usize, self.plan.uses(Part::DepthMemory));
+        let begin = || executor.run(|| TileDraw::new(level, executor, scratch, job, width));
+        let mut draw = preemption.without(target, items, begin);
+        while preemption.without(target, items, || executor.run(|| draw.bin(level, executor, scratch, job))) {
+            while !executor.run(|| {
+                let slice = &Slice::new(preemption);
+                draw.draw_rows((level, executor, slice), scratch, job, frame_of(target, has_depth))
+            }) {
+                target.memory.mark_rows(draw.rows());
+                preemption.point(target);
+            }
+            target.memory.mark_rows(draw.rows());
+        }
+        draw.into_stats()
+    }
+
+    /// Returns the number of faces and vertices, on which the time of most stages depends.
+    pub fn items(&self) -> usize {
+        let mesh = &self.call.geometry.mesh;
+        mesh.triangles.len() + mesh.positions.len()
     }
 
     /// Returns the tile renderer's statistics with the lighting counts of the plain path, which

@@ -198,9 +198,11 @@ impl Replay {
         if state == StreamState::Ended { StreamState::Ready } else { state }
     }
 
-    /// Returns the verb of the command that is in pieces.
-    pub fn verb_in_pieces(&self) -> Option<&'static str> {
-        self.streams.get(&self.suspended?)?.verb_in_pieces()
+    /// Abandons the command that is in pieces, if there is one.
+    pub fn abandon(&mut self, engine: &mut Engine) {
+        if let Some(stream) = self.suspended.take().and_then(|id| self.streams.get_mut(&id)) {
+            stream.abandon(engine);
+        }
     }
 
     /// Sets the line of notices to that of the recording at which the piece that caused them

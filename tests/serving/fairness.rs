@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 /// Returns limits under which even a slow machine gives up no command.
-fn patient() -> Limits {
+pub fn patient() -> Limits {
     Limits { command_time: Duration::from_secs(600), ..Limits::default() }
 }
 
@@ -75,7 +75,7 @@ fn figures_in_pieces_hold_nobody_up() {
 
 /// A recording in memory.
 #[derive(Clone, Default)]
-struct Sheet(Arc<Mutex<Vec<u8>>>);
+pub struct Sheet(Arc<Mutex<Vec<u8>>>);
 
 impl Write for Sheet {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
@@ -87,7 +87,8 @@ impl Write for Sheet {
     }
 }
 
-fn recorded(width: u32, height: u32, limits: Limits) -> (Serving, Sheet) {
+/// Returns a server that records into memory.
+pub fn recorded(width: u32, height: u32, limits: Limits) -> (Serving, Sheet) {
     let sheet = Sheet::default();
     let mut engine = Engine::with_limits(width, height, limits).unwrap();
     engine.set_recorder(Recorder::new(Box::new(sheet.clone()), width, height).unwrap());
@@ -95,7 +96,7 @@ fn recorded(width: u32, height: u32, limits: Limits) -> (Serving, Sheet) {
 }
 
 /// Stops the server and plays its recording; returns the bytes of both frames.
-fn live_and_replayed(serving: Serving, sheet: &Sheet, width: u32, height: u32) -> [Vec<u8>; 2] {
+pub fn live_and_replayed(serving: Serving, sheet: &Sheet, width: u32, height: u32) -> [Vec<u8>; 2] {
     let engine = serving.server.shut_down(Duration::from_secs(20));
     let live = engine.memory().bytes().to_vec();
     drop(engine);
@@ -157,7 +158,7 @@ fn a_recording_of_long_and_short_commands_of_three_replays_to_the_same_bytes() {
 }
 
 /// Reads replies up to and including this last one.
-fn read_to(wire: &mut Wire, mark: &[u8]) {
+pub fn read_to(wire: &mut Wire, mark: &[u8]) {
     let mut tail = Vec::new();
     wire.0.set_read_timeout(Some(Duration::from_secs(600))).unwrap();
     let mut buffer = vec![0; 1 << 16];

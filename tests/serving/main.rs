@@ -11,6 +11,7 @@ mod loads;
 mod memory;
 mod metrics;
 mod pipes;
+mod preemption;
 mod process;
 mod protocol;
 mod python_client;

@@ -67,6 +67,7 @@ impl PreparedDraw<'_> {
             if self.is_cancelled_at(t as usize) {
                 return;
             }
+            self.preemption.point(target);
             if hides {
                 self.draw_depth(t, target, stats);
             }
@@ -77,10 +78,13 @@ impl PreparedDraw<'_> {
         if !hides {
             stats.faces += mesh.triangles.len() as u64;
         }
-        for (i, edge) in self.edges(&is_seen, &is_face_seen).into_iter().enumerate() {
+        let edges =
+            self.preemption.without(target, mesh.corners.len(), || self.edges(&is_seen, &is_face_seen));
+        for (i, edge) in edges.into_iter().enumerate() {
             if self.is_cancelled_at(i) {
                 return;
             }
+            self.preemption.point(target);
             let material = self
                 .call
                 .material_of(&mesh.polygons[edge.polygon], crate::pipeline::assemble::Facing::Front)
@@ -149,6 +153,7 @@ impl PreparedDraw<'_> {
             if self.is_cancelled_at(i) {
                 return;
             }
+            self.preemption.point(target);
             // A pattern continues along connected lines.
             if last != Some(from) {
                 pen.step = 0;
@@ -166,6 +171,7 @@ impl PreparedDraw<'_> {
             if self.is_cancelled_at(i) {
                 return;
             }
+            self.preemption.point(target);
             let v = self.line_vertex(&mesh.corners[c as usize], self.call.material);
             if let Some(ClippedLine { ends: [v, _], .. }) = clip_line(v, v) {
                 stats.points_drawn += 1;

@@ -9,12 +9,16 @@ use crate::pipeline::draw_call::{DrawCall, DrawStats, PipelineError, SceneOption
 use crate::pipeline::geometry_cache::GeometryInfo;
 use crate::pipeline::path_plan::add_path;
 use crate::pipeline::plan::Part;
+use crate::pipeline::preemption::Preemption;
 use crate::pipeline::prepared_draw::{Layer, PreparedDraw, RecycledLists};
 use crate::pipeline::scene::{NOTHING_HIDDEN, each_call, leaves_depth_out};
 use crate::pipeline::scene_plan::{in_order, object_bytes};
 use crate::scene::{CameraMatrices, HiddenSurface, Scene, ShadeMode, TransparencyOrder};
 use rayon::prelude::*;
 use std::sync::Arc;
+
+/// Number of objects that are prepared between two preemption points.
+const OBJECTS_AT_ONCE: usize = 4096;
 
 /// Minimum number of objects that are prepared on the pool.
 const MANY_OBJECTS: usize = 128;
@@ -32,7 +36,7 @@ impl Renderer {
         scene: &Scene,
         options: &SceneOptions,
     ) -> Result<DrawStats, PipelineError> {
-        let cancel = self.executor.cancel().clone();
+        let (cancel, preemption) = (self.executor.cancel().clone(), self.options.preemption.clone());
         let SceneLists { calls, prepared: mut all, mut geometry_infos, mut recycled, mut order } =
             std::mem::take(&mut self.workspace.scene);
         let mut calls: Vec<DrawCall> = calls;
@@ -43,12 +47,20 @@ impl Renderer {
         // need a second pass.
         all.reserve(calls.len());
         recycled.resize_with(calls.len(), RecycledLists::default);
-        if let Some(camera) = self.check_calls(&calls, &mut geometry_infos)? {
+        // Facts about a small geometry take as long as some corners do.
+        let items: usize = calls.iter().map(|call| 16 + call.geometry.mesh.corners.len()).sum();
+        let check = || self.check_calls(&calls, &mut geometry_infos);
+        if let Some(camera) = preemption.without(target, items, check)? {
             let keeps_depth = !leaves_depth_out(&calls, options);
-            let draws = ObjectDraws { camera, target, keeps_depth, cancel: &cancel };
-            self.prepare_objects(&draws, &calls, (&mut geometry_infos, &mut recycled), &mut all);
+            let interrupts = (&cancel, &preemption);
+            for (calls, recycled) in calls.chunks(OBJECTS_AT_ONCE).zip(recycled.chunks_mut(OBJECTS_AT_ONCE)) {
+                preemption.point(target);
+                let draws = ObjectDraws { camera, target, keeps_depth, interrupts };
+                self.prepare_objects(&draws, calls, (&mut geometry_infos, recycled), &mut all);
+            }
         }
         let face_list = in_order(all.iter().map(|p| (p.call, &p.plan)), options, object_bytes);
+        preemption.without(target, items, || self.prepare_geometries(&all))?;
         self.reserve_scene(&all, (target, &face_list))?;
         let mut stats = DrawStats::default();
         stats.vertices += all.iter().map(PreparedDraw::vertices_in).sum::<u64>();
@@ -90,18 +102,17 @@ impl Renderer {
         &self,
         draws: &ObjectDraws<'_, 'c>,
         calls: &'c [DrawCall<'c>],
-        (geometry_infos, recycled): (&mut Vec<Arc<GeometryInfo>>, &mut Vec<RecycledLists>),
+        (geometry_infos, recycled): (&mut Vec<Arc<GeometryInfo>>, &mut [RecycledLists]),
         all: &mut Vec<PreparedDraw<'c>>,
     ) {
         match self.executor.pool() {
             Some(pool) if calls.len() >= MANY_OBJECTS => pool.install(|| {
-                let each = calls.par_iter().zip(geometry_infos.par_drain(..)).zip(recycled);
-                each.with_min_len(MANY_OBJECTS / 2)
-                    .map(|((call, info), recycled)| draws.prepare(call, info, recycled))
-                    .collect_into_vec(all);
+                let infos = geometry_infos.par_drain(..calls.len());
+                let each = calls.par_iter().zip(infos).zip(recycled).with_min_len(MANY_OBJECTS / 2);
+                all.par_extend(each.map(|((call, info), recycled)| draws.prepare(call, info, recycled)));
             }),
             _ => {
-                let each = calls.iter().zip(geometry_infos.drain(..)).zip(recycled);
+                let each = calls.iter().zip(geometry_infos.drain(..calls.len())).zip(recycled);
                 all.extend(each.map(|((call, info), recycled)| draws.prepare(call, info, recycled)));
             }
         }
@@ -112,7 +123,7 @@ impl Renderer {
         match (&scene.sky, scene.background.color) {
             (Some(sky), _) => {
                 let camera = scene.camera.unwrap_or(options.camera);
-                paint_sky(target, options.viewport, &camera, sky, &self.executor);
+                paint_sky(target, options.viewport, &camera, sky, (&self.executor, &self.options.preemption));
             }
             (None, Some(color)) => paint(target, options.viewport, color),
             (None, None) => {}
@@ -129,14 +140,18 @@ impl Renderer {
         stats: &mut DrawStats,
     ) {
         let is_painted = hide == HiddenSurface::Painter;
+        let preemption = self.options.preemption.clone();
         if is_painted {
-            all.iter_mut().for_each(PreparedDraw::transform_all);
-            order.collect_faces(all, |p, t| !p.is_transparent(t));
-            order.sort(all, self.executor.cancel());
+            preemption.without(target, items_of(all), || {
+                all.iter_mut().for_each(PreparedDraw::transform_all);
+                order.collect_faces(all, |p, t| !p.is_transparent(t));
+                order.sort(all, self.executor.cancel());
+            });
             self.draw_in_order(all, order.list(), target, stats);
         }
         let mut at = 0;
         while at < all.len() && !self.executor.is_cancelled() {
+            preemption.point(target);
             let batched = if is_painted { 0 } else { self.draw_batch(&all[at..], target, stats) };
             at += batched;
             let Some(prepared) = all.get_mut(at).filter(|_| batched == 0) else { continue };
@@ -158,17 +173,24 @@ impl Renderer {
         transparency: TransparencyOrder,
         stats: &mut DrawStats,
     ) {
-        for prepared in all.iter_mut().filter(|p| p.plan.uses(Part::ReadBack)) {
-            prepared.transform_all();
-        }
-        order.collect_faces(all, |p, t| p.is_transparent(t));
-        if transparency == TransparencyOrder::Sorted {
-            order.sort(all, self.executor.cancel());
-        }
+        self.options.preemption.without(target, items_of(all), || {
+            for prepared in all.iter_mut().filter(|p| p.plan.uses(Part::ReadBack)) {
+                prepared.transform_all();
+            }
+            order.collect_faces(all, |p, t| p.is_transparent(t));
+            if transparency == TransparencyOrder::Sorted {
+                order.sort(all, self.executor.cancel());
+            }
+        });
         if !order.list().is_empty() {
             self.draw_in_order(all, order.list(), target, stats);
         }
     }
+}
+
+/// Returns the number of items on which the time of a scene's stages depends.
+fn items_of(all: &[PreparedDraw]) -> usize {
+    all.iter().map(PreparedDraw::items).sum()
 }
 
 /// State that the draws of a scene's objects share.
@@ -177,7 +199,8 @@ struct ObjectDraws<'t, 'c> {
     target: &'t Target<'t>,
     /// True unless the scene needs no depth.
     keeps_depth: bool,
-    cancel: &'c CancelToken,
+    /// The token that cancels the draws, and the handle by which they are preempted.
+    interrupts: (&'c CancelToken, &'c Preemption),
 }
 
 impl<'c> ObjectDraws<'_, 'c> {
@@ -190,7 +213,7 @@ impl<'c> ObjectDraws<'_, 'c> {
     ) -> PreparedDraw<'c> {
         let mut prepared =
             PreparedDraw::of(call, self.camera, self.target, geometry_info, std::mem::take(recycled));
-        prepared.cancel = self.cancel;
+        (prepared.cancel, prepared.preemption) = self.interrupts;
         add_path(&mut prepared.plan, call, self.target);
         if !self.keeps_depth {
             prepared.plan.leave_out(Part::DepthMemory, NOTHING_HIDDEN);

@@ -15,9 +15,10 @@ use super::{Binned, ClipRect, DepthF64, DrawJob, FrameSlices, Scratch};
 use crate::executor::Executor;
 use crate::memory::DepthCells;
 use crate::pipeline::draw_call::CoarseDepth;
+use crate::pipeline::preemption::Slice;
 use crate::simd::Level;
 use std::ops::Range;
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering::Relaxed};
 
 /// Size in bytes of the nearer caches: meshes beyond it are prefetched before they are gathered.
 const NEAR_BYTES: usize = 4 << 20;
@@ -49,6 +50,39 @@ impl Counts {
     /// Returns the faces skipped by hierarchical z, counted once for each tile.
     pub fn hidden(&self) -> u64 {
         self.hidden.load(Relaxed)
+    }
+}
+
+/// Progress of a row of tiles: the next tile and the next of its chunks, or that the row is
+/// complete. By default the row has not begun.
+#[derive(Debug, Default)]
+pub(crate) struct RowProgress(AtomicU32);
+
+impl RowProgress {
+    /// Value of a complete row.
+    const COMPLETE: u32 = u32::MAX;
+    /// Bits of the number of a chunk: a tile's visitors are the bits of a u64.
+    const CHUNK_BITS: u32 = u64::BITS.ilog2();
+
+    /// Returns whether the row is complete.
+    pub fn is_complete(&self) -> bool {
+        self.0.load(Relaxed) == Self::COMPLETE
+    }
+
+    /// Notes that the row is complete.
+    fn complete(&self) {
+        self.0.store(Self::COMPLETE, Relaxed);
+    }
+
+    /// Notes that the row goes on with this chunk of its tile number `step`.
+    fn stop_at(&self, step: usize, chunk: u32) {
+        self.0.store((step as u32) << Self::CHUNK_BITS | chunk, Relaxed);
+    }
+
+    /// Returns the next tile's number and the next of its chunks.
+    fn next(&self) -> (usize, u32) {
+        let next = self.0.load(Relaxed);
+        ((next >> Self::CHUNK_BITS) as usize, next & (u64::BITS - 1))
     }
 }
 
@@ -92,7 +126,9 @@ pub(crate) fn for_each_tile_row(
     (top as u32, bottom as u32)
 }
 
-/// Draws the binned faces of one row of tiles: visibility, then colour.
+/// Draws the binned faces of one row of tiles, from where `progress` stands to the end of the row or
+/// of the slice: visibility, then colour. A tile that the slice's end divides is coloured twice, like
+/// a tile whose faces are binned in two pieces: the bytes are the same.
 pub(crate) fn draw_tile_row(
     level: Level,
     (scratch, binned): (&Scratch, &Binned),
@@ -100,8 +136,11 @@ pub(crate) fn draw_tile_row(
     (width, far): (usize, i32),
     band: usize,
     workspace: &mut TileRowBuffers<'_>,
-    counts: &Counts,
+    (counts, progress, slice): (&Counts, &RowProgress, &Slice),
 ) {
+    if progress.is_complete() {
+        return;
+    }
     let (mesh, grid) = (job.mesh, binned.grid);
     let (screen_vertices, vertices) = (scratch.screen_vertices.as_slice(), scratch.depth_f64.as_slice());
     let chunks = &scratch.chunks[..binned.chunk_count];
@@ -131,7 +170,11 @@ pub(crate) fn draw_tile_row(
         [one] if one.reached.len() <= FEW_TILES => Some(one.reached.as_slice()),
         _ => None,
     };
-    for i in 0..few.map_or(grid.columns, <[u32]>::len) {
+    let ((first, first_chunk), mut is_over) = (progress.next(), false);
+    for i in first..few.map_or(grid.columns, <[u32]>::len) {
+        if is_over {
+            break;
+        }
         let bin = few.map_or(band * grid.columns + i, |few| few[i] as usize);
         if bin / grid.columns != band {
             continue;
@@ -143,6 +186,9 @@ pub(crate) fn draw_tile_row(
             Some(visitors) => *visitors,
             None => u64::from(!chunks[0].bins[bin].is_empty()),
         };
+        if i == first {
+            visits &= u64::MAX << first_chunk;
+        }
         if visits == 0 {
             continue;
         }
@@ -167,6 +213,11 @@ pub(crate) fn draw_tile_row(
         let mut reach = [i16::MAX, i16::MAX, 0, 0];
         let mut tile_passed = 0;
         while visits != 0 {
+            is_over = slice.is_over();
+            if is_over {
+                progress.stop_at(i, visits.trailing_zeros());
+                break;
+            }
             let chunk = &chunks[visits.trailing_zeros() as usize];
             visits &= visits - 1;
             let r = chunk.bins[bin].reach;
@@ -218,6 +269,9 @@ pub(crate) fn draw_tile_row(
             pick: &mut *workspace.pick,
             name: job.name,
         });
+    }
+    if !is_over {
+        progress.complete();
     }
     counts.tested.fetch_add(own_tested, Relaxed);
     counts.passed.fetch_add(own_passed, Relaxed);

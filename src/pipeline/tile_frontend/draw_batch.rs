@@ -13,11 +13,13 @@ use crate::memory::DepthFormat;
 use crate::pipeline::depth_sort::recycle;
 use crate::pipeline::draw_call::{CoarseDepth, DrawStats, Target};
 use crate::pipeline::plan::Part;
+use crate::pipeline::preemption::{NOT_PREEMPTED, Slice};
 use crate::pipeline::prepared_draw::PreparedDraw;
-use crate::pipeline::tile::{self, Binned, Binning, Counts, ListBytes};
+use crate::pipeline::tile::{self, Binned, Binning, Counts, ListBytes, MOST_TILE_ROWS, RowProgress};
 use crate::simd::Level;
 use rayon::prelude::*;
 use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// Maximum number of draws in a batch.
 const MOST_DRAWS: usize = 256;
@@ -124,39 +126,13 @@ impl DrawBatch {
         }
         let slots = &mut self.slots[..count];
         let (width, format) = (target.memory.width() as usize, target.depth_format);
-        let complete = pool.install(|| {
+        let preemption = all.first().map_or(&NOT_PREEMPTED, |any| any.preemption);
+        let complete = preemption.run_draw(executor, || {
             let pairs = slots.par_iter_mut().zip(all).with_min_len(4);
-            pairs
-                .map(|(slot, p)| Drawn::new(p, slot, (level, serial, coarse), (width, format)))
-                .collect_into_vec(&mut drawn);
+            let binned = pairs.map(|(slot, p)| Drawn::new(p, slot, (level, serial, coarse), (width, format)));
+            pool.install(|| binned.collect_into_vec(&mut drawn));
             let complete = drawn.iter().take_while(|d| d.is_some()).count();
-            let each = || drawn[..complete].iter().flatten().zip(&*slots).zip(all);
-            let reached = || each().filter_map(|((d, _), _)| d.binned.as_ref()).map(|b| b.1);
-            let (first, last) = (reached().map(|b| b.0).min(), reached().map(|b| b.1).max());
-            let (Some(first), Some(last), Some(((any, _), _))) = (first, last, each().next()) else {
-                return complete;
-            };
-            let frame = frame_of(target, all[0].plan.uses(Part::DepthMemory));
-            let work = |band: usize, far, workspace: &mut tile::TileRowBuffers<'_>| {
-                for ((d, slot), prepared) in each() {
-                    let reaches = |b: &&(Binned, (usize, usize))| b.1.0 <= band && band <= b.1.1;
-                    let Some((binned, _)) = d.binned.as_ref().filter(reaches) else { continue };
-                    prepared.with_job(&d.inputs, &slot.tables, format, |job| {
-                        let binned_draw = (&slot.scratch, binned);
-                        tile::draw_tile_row(
-                            level,
-                            binned_draw,
-                            job,
-                            (width, far),
-                            band,
-                            workspace,
-                            &d.counts,
-                        );
-                    });
-                }
-            };
-            let rows = tile::for_each_tile_row(executor, (first, last), &any.inputs.view, frame, &work);
-            target.memory.mark_rows(rows.0..rows.1);
+            draw_rows((level, executor), (&drawn[..complete], &*slots, all), target);
             complete
         });
         self.half = if complete < count { complete.max(1) } else { self.most };
@@ -172,6 +148,47 @@ impl DrawBatch {
         }
         self.drawn = recycle(drawn);
         complete
+    }
+}
+
+/// Draws the rows of tiles of a batch, in slices between preemption points. A slice ends between two
+/// rows.
+fn draw_rows(
+    (level, executor): (Level, &Executor),
+    (drawn, slots, all): (&[Option<Drawn>], &[TileWorkspace], &[PreparedDraw]),
+    target: &mut Target,
+) {
+    let each = || drawn.iter().flatten().zip(slots).zip(all);
+    let reached = || each().filter_map(|((d, _), _)| d.binned.as_ref()).map(|b| b.1);
+    let (first, last) = (reached().map(|b| b.0).min(), reached().map(|b| b.1).max());
+    let (Some(first), Some(last), Some(((any, _), _))) = (first, last, each().next()) else { return };
+    let (width, format) = (target.memory.width() as usize, target.depth_format);
+    let has_depth = all[0].plan.uses(Part::DepthMemory);
+    let complete = [const { AtomicBool::new(false) }; MOST_TILE_ROWS];
+    let is_complete = |band: usize| complete[band].load(Relaxed);
+    while !executor.is_cancelled() && !(first..=last).all(is_complete) {
+        let (slice, whole) = (&Slice::new(all[0].preemption), &Slice::new(&NOT_PREEMPTED));
+        let work = |band: usize, far, workspace: &mut tile::TileRowBuffers<'_>| {
+            if is_complete(band) || slice.is_over() {
+                return;
+            }
+            for ((d, slot), prepared) in each() {
+                let reaches = |b: &&(Binned, (usize, usize))| b.1.0 <= band && band <= b.1.1;
+                let Some((binned, _)) = d.binned.as_ref().filter(reaches) else { continue };
+                let state = (&d.counts, &RowProgress::default(), whole);
+                prepared.with_job(&d.inputs, &slot.tables, format, |job| {
+                    let binned_draw = (&slot.scratch, binned);
+                    tile::draw_tile_row(level, binned_draw, job, (width, far), band, workspace, state);
+                });
+            }
+            complete[band].store(true, Relaxed);
+        };
+        let rows = executor.run(|| {
+            let frame = frame_of(target, has_depth);
+            tile::for_each_tile_row(executor, (first, last), &any.inputs.view, frame, &work)
+        });
+        target.memory.mark_rows(rows.0..rows.1);
+        all[0].preemption.point(target);
     }
 }
 

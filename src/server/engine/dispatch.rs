@@ -26,6 +26,7 @@ impl Engine {
         command: Command,
         replies: &mut Vec<u8>,
     ) -> Result<Effect, Fault> {
+        self.may_suspend = false;
         let mut progress = self.begin(session, command, replies)?;
         loop {
             match progress {

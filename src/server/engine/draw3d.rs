@@ -3,16 +3,17 @@
 //! In: a session's 3-D state and the resources that it names. Out: pixels, depths and object
 //! numbers in the engine's buffers; counters; replies of DEPTHAT and PICK.
 
+use super::drawing::{Drawing, MeshDraw, SceneDraw};
 use super::empty_draw::{self, EmptyDraw};
 use super::quality::{Found, QualityRequest};
-use super::{Effect, Engine, IdNames, Progress};
+use super::scene_request::{MadeScene, SceneRequest};
+use super::{Effect, Engine, IdNames, Job, JobResult, Progress};
 use crate::command::{Command, LightCommand, Quality, Rect, Shears};
 use crate::error::{Code, Fault};
-use crate::load::x3d::X3dDocument;
 use crate::math::matrix;
-use crate::memory::{DepthFormat, MemoryUse, PickBuffer};
+use crate::memory::{DepthFormat, MemoryUse, PickBuffer, Reservation};
 use crate::pipeline::quality::BudgetKind;
-use crate::pipeline::{DrawCall, DrawStats, PipelineError, Renderer, SceneOptions, Target};
+use crate::pipeline::{DrawStats, PipelineError, Renderer, SceneOptions, Target};
 use crate::scene::{
     Camera, CameraError, HiddenSurface, Light, LightKind, LookAt, Object, Projection, QualityUse, Sampling,
     Scene, TextureUse, TransparencyOrder, Viewport, ViewportRule,
@@ -27,6 +28,9 @@ const NAME_BYTES: u64 = 96;
 
 /// Memory of a pixel in the pick buffer, in bytes.
 const ID_BYTES: u64 = 8;
+
+/// Size of a scene's objects and moving meshes, in bytes, from which it is built by a job.
+const LARGE_SCENE_BYTES: u64 = 1 << 19;
 
 /// Number of names at which those that no pixel refers to are removed.
 const MAX_ID_NAMES: usize = 1 << 16;
@@ -203,53 +207,41 @@ impl Engine {
             empty_draw::note(s, Some(EmptyDraw::NoViewport));
             return Ok(Progress::Done(Effect::Done));
         }
-        let lights: Vec<Light> = s.lights.iter().flatten().copied().collect();
-        let id = self.id_of(&name);
         let aspect = f64::from(viewport.width) / f64::from(viewport.height);
-        let mut call = DrawCall {
-            shared: Some(&geometry),
+        let mut draw = MeshDraw {
+            id: self.id_of(&name),
+            name,
+            geometry,
+            texture,
+            sampling,
+            lights: s.lights.iter().flatten().copied().collect(),
+            ambient: s.ambient,
+            material: s.material.clone(),
             model: s.model,
             camera: self.view_overrides.navigator.apply(&s.camera, None, aspect),
             viewport,
-            ambient: s.ambient,
-            lights: &lights,
-            texture: texture.as_deref(),
-            sampling,
             shade: self.view_overrides.shade.unwrap_or(s.shade),
             cull: self.view_overrides.cull.unwrap_or(s.cull),
             hide: self.view_overrides.hide.unwrap_or(s.hide),
             interp: s.interp,
-            name: id,
-            ..DrawCall::new(&geometry, &s.material, viewport.width, viewport.height)
+            is_dark: false,
         };
-        let is_dark = empty_draw::is_dark(&call);
-        let kept_lights;
+        draw.is_dark = empty_draw::is_dark(&draw.call());
         if let (Quality::MaxError(max_error), QualityUse::AsGiven) = (s.quality, self.view_overrides.quality)
         {
-            let mut request = QualityRequest::of_draw(self, &call, &geometry, texture.as_ref(), max_error);
+            let call = draw.call();
+            let mut request =
+                QualityRequest::of_draw(self, &call, &draw.geometry, draw.texture.as_ref(), max_error);
             let Some(choice) = self.cached_choice(&request) else {
-                let command = Command::Draw { name: name.clone() };
+                let (command, name) = (Command::Draw { name: draw.name.clone() }, draw.name);
                 return self.search_job(command, request, move |e, s, found| e.draw(s, name, Some(found)));
             };
             request.apply(&choice);
             let cheaper = request.cheaper_draw(&call);
-            kept_lights = cheaper.lights;
-            call.lights = &kept_lights;
-            (call.shade, call.sampling, call.interp) = (cheaper.shade, cheaper.sampling, cheaper.interp);
+            draw.lights = cheaper.lights;
+            (draw.shade, draw.sampling, draw.interp) = (cheaper.shade, cheaper.sampling, cheaper.interp);
         }
-        let result = {
-            self.reserve_target(call.hide)?;
-            let (renderer, mut target) = self.target();
-            renderer.draw(&mut target, &call)
-        };
-        self.count_target();
-        let stats = result?;
-        self.check_abandoned("DRAW")?;
-        self.follow_draw(&call, &name);
-        let empty = self.empty_call(&stats, &call, is_dark);
-        self.note_draw(s, &stats);
-        empty_draw::note(s, empty);
-        Ok(Progress::Done(Effect::Done))
+        self.run_drawing(s, Drawing::Mesh(Box::new(draw)))
     }
 
     /// Runs `DRAWSCENE`, with the search of [`Engine::draw`]. The searched scene itself is drawn:
@@ -260,7 +252,7 @@ impl Engine {
         s: &mut Session,
         time: f64,
         sorted: bool,
-        found: Option<Found>,
+        made: Option<MadeScene>,
     ) -> Result<Progress, Fault> {
         let document = self.scene(s)?;
         let (width, height) = (self.memory.width(), self.memory.height());
@@ -270,10 +262,17 @@ impl Engine {
             return Ok(Progress::Done(Effect::Done));
         }
         let bytes = document.scene_bytes();
-        let _objects = self.with_room(|engine| engine.budget.try_reserve(MemoryUse::Draws, bytes))?;
-        let mut scene = match found {
-            Some(found) => self.note_found(found).scene,
-            None => self.scene_at(s, &document, time, viewport),
+        let held = self.with_room(|engine| engine.budget.try_reserve(MemoryUse::Draws, bytes))?;
+        let mut scene = match made {
+            Some(MadeScene::Searched(found)) => self.note_found(*found).scene,
+            Some(MadeScene::Built(scene)) => *scene,
+            None => {
+                let request = SceneRequest::of(s, document, time, viewport, self.view_overrides);
+                if self.may_suspend && bytes > LARGE_SCENE_BYTES {
+                    return Ok(Progress::Job(scene_job(request, time, sorted, held)));
+                }
+                request.build()
+            }
         };
         let mut options = SceneOptions {
             viewport,
@@ -290,45 +289,60 @@ impl Engine {
             let mut request = QualityRequest::of_scene(self, scene, options, BudgetKind::Scene, max_error);
             let Some(choice) = self.cached_choice(&request) else {
                 let command = Command::DrawScene { time, sorted };
-                let then =
-                    move |e: &mut Engine, s: &mut Session, found| e.draw_scene(s, time, sorted, Some(found));
+                let then = move |e: &mut Engine, s: &mut Session, found| {
+                    e.draw_scene(s, time, sorted, Some(MadeScene::Searched(Box::new(found))))
+                };
                 return self.search_job(command, request, then);
             };
             request.apply(&choice);
             (scene, options) = (request.scene, request.options);
         }
-        let result = {
-            self.reserve_target(options.hide)?;
-            let (renderer, mut target) = self.target();
-            renderer.draw_scene(&mut target, &scene, &options)
+        self.run_drawing(s, Drawing::Scene(Box::new(SceneDraw { scene, options, time, sorted, _held: held })))
+    }
+
+    /// Runs a draw, or hands it to the drawing thread if it may take long.
+    fn run_drawing(&mut self, s: &mut Session, drawing: Drawing) -> Result<Progress, Fault> {
+        self.reserve_target(drawing.hide())?;
+        let frame = u64::from(self.memory.width()) * u64::from(self.memory.height());
+        let drawing = match self.may_suspend && drawing.is_long(frame) {
+            true => match self.begin_draw_in_pieces(drawing) {
+                Ok(pieces) => return Ok(Progress::Pieces(Box::new(pieces))),
+                Err(drawing) => drawing,
+            },
+            false => drawing,
         };
+        let (renderer, mut target) = self.target();
+        let result = drawing.run(renderer, &mut target);
         self.count_target();
-        let stats = result?;
-        self.check_abandoned("DRAWSCENE")?;
-        self.follow_scene(&scene, &options);
-        self.note_draw(s, &stats);
-        empty_draw::note(s, self.empty_scene(&stats, &scene, &options));
+        if result.is_ok() {
+            self.check_abandoned(drawing.verb())?;
+        }
+        self.end_drawing(s, &drawing, result)?;
         Ok(Progress::Done(Effect::Done))
     }
 
-    /// Builds a document's scene at a time, with the session's and the display's changes applied.
-    fn scene_at(&self, s: &Session, document: &X3dDocument, time: f64, viewport: Viewport) -> Scene {
-        let aspect = f64::from(viewport.width) / f64::from(viewport.height);
-        let dress = |mut scene: Scene| {
-            apply_own_state(&mut scene, s);
-            self.view_overrides.apply(&mut scene, s.camera, aspect);
-            scene
-        };
-        let scene = dress(document.at(time));
-        match scene.camera.filter(|_| document.depends_on_viewer()) {
-            // LOD, Billboard and similar nodes depend on the camera in use.
-            Some(camera) => {
-                // Only one scene at a time is reserved in the memory budget.
-                drop(scene);
-                dress(document.seen_at(time, Some(&camera)))
+    /// Completes a draw: counts what it drew, and explains it if it shows nothing.
+    pub(super) fn end_drawing(
+        &mut self,
+        s: &mut Session,
+        drawing: &Drawing,
+        result: Result<DrawStats, PipelineError>,
+    ) -> Result<(), Fault> {
+        self.count_target();
+        let stats = result?;
+        let empty = match drawing {
+            Drawing::Mesh(draw) => {
+                self.follow_draw(&draw.call(), &draw.name);
+                self.empty_call(&stats, &draw.call(), draw.is_dark)
             }
-            None => scene,
-        }
+            Drawing::Scene(draw) => {
+                self.follow_scene(&draw.scene, &draw.options);
+                self.empty_scene(&stats, &draw.scene, &draw.options)
+            }
+        };
+        self.note_draw(s, &stats);
+        empty_draw::note(s, empty);
+        Ok(())
     }
 
     /// Returns the number of the scene's first object in the pick buffer; those of the others
@@ -367,7 +381,7 @@ impl Engine {
     }
 
     /// Sets the reservations to the sizes of the depth and pick buffers.
-    fn count_target(&mut self) {
+    pub(super) fn count_target(&mut self) {
         self.held.depth.set(self.depth.as_ref().map_or(0, |d| d.size_bytes() as u64));
         self.held.ids.set(self.ids.as_ref().map_or(0, |i| i.size_bytes() as u64));
     }
@@ -385,7 +399,7 @@ impl Engine {
         (&mut self.renderer, target)
     }
 
-    pub(super) fn note_draw(&mut self, s: &mut Session, stats: &DrawStats) {
+    fn note_draw(&mut self, s: &mut Session, stats: &DrawStats) {
         s.stats.pixels += stats.pixels_written;
         self.plan = format!(
             "shade:{},hide:{},depth:{},faces:{},drawn:{},tested:{},lit:{}",
@@ -463,40 +477,18 @@ impl IdNames {
     }
 }
 
-/// Applies the camera and lights that the session has set since its SCENE, which take precedence
-/// over the scene's.
-fn apply_own_state(scene: &mut Scene, s: &Session) {
-    if s.has_own_camera {
-        if let Some(Camera { look_at: theirs, .. }) = scene.camera {
-            // The headlight follows the eye.
-            let ahead = theirs.reference - theirs.eye;
-            for light in &mut scene.lights {
-                match &mut light.kind {
-                    LightKind::Directional { direction }
-                        if *direction == ahead && light.clamp_attenuation =>
-                    {
-                        *direction = s.camera.look_at.reference - s.camera.look_at.eye;
-                    }
-                    _ => {}
-                }
-            }
-        }
-        scene.camera = Some(s.camera);
-    }
-    scene.ambient = s.ambient;
-    for (&index, light) in &s.own_lights {
-        match (scene.lights.get_mut(index), light) {
-            (Some(theirs), Some(light)) => *theirs = *light,
-            // Switched off in place, so that the numbers of later lights stay valid.
-            (Some(theirs), None) => (theirs.color, theirs.ambient) = (DVec3::ZERO, DVec3::ZERO),
-            (None, Some(light)) => {
-                let number = scene.lights.len() as u32;
-                scene.lights.push(*light);
-                scene.objects.iter_mut().filter_map(|o| o.lights.as_mut()).for_each(|l| l.push(number));
-            }
-            (None, None) => {}
-        }
-    }
+/// Creates the job that builds the scene of a `DRAWSCENE`. `held` is the reservation for its
+/// objects.
+fn scene_job(request: SceneRequest, time: f64, sorted: bool, held: Reservation) -> Job {
+    Job::new(false, move |_| {
+        let scene = Box::new(request.build());
+        let draw = move |engine: &mut Engine, s: &mut Session, _: &mut Vec<u8>| {
+            // Reserved anew by the command.
+            drop(held);
+            engine.draw_scene(s, time, sorted, Some(MadeScene::Built(scene)))
+        };
+        JobResult::new(Command::DrawScene { time, sorted }, Ok(draw))
+    })
 }
 
 /// Creates the fault for a name without a resource.

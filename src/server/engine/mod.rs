@@ -23,13 +23,16 @@
 mod dispatch;
 mod draw2d;
 mod draw3d;
+mod drawing;
 mod empty_draw;
 mod files;
 mod job;
+mod long_draw;
 mod pieces;
 mod quality;
 mod queries;
 mod resources;
+mod scene_request;
 mod shm;
 mod trace;
 
@@ -55,6 +58,7 @@ use std::time::{Duration, Instant};
 
 pub(in crate::server) use files::FileReader;
 pub(in crate::server) use job::{Job, JobResult};
+use long_draw::DrawThread;
 pub(in crate::server) use pieces::Pieces;
 
 /// Action that the caller must take after a command.
@@ -157,6 +161,10 @@ pub struct Engine {
     /// Verb of the draw that was abandoned, if one was.
     abandoned: Option<&'static str>,
     is_in_pieces: bool,
+    /// Set if the running command may be suspended.
+    may_suspend: bool,
+    /// The thread of long draws, once one was needed.
+    draw_thread: Option<DrawThread>,
     /// Pool of large payloads' buffers, which the decoders of all connections share.
     payload_pool: PayloadPool,
     payload_pool_swept: Instant,
@@ -297,6 +305,8 @@ impl Engine {
             files_read: Vec::new(),
             abandoned: None,
             is_in_pieces: false,
+            may_suspend: false,
+            draw_thread: None,
             payload_pool: PayloadPool::within(&budget),
             payload_pool_swept: Instant::now(),
             budget,
@@ -376,6 +386,11 @@ impl Engine {
     /// taken in.
     pub(in crate::server) fn set_in_pieces(&mut self, is_in_pieces: bool) {
         self.is_in_pieces = is_in_pieces;
+    }
+
+    /// Sets whether the next commands may be suspended: be left as a job, or in pieces.
+    pub(in crate::server) fn set_may_suspend(&mut self, may_suspend: bool) {
+        self.may_suspend = may_suspend;
     }
 
     /// Refuses a draw that was cancelled.

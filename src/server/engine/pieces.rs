@@ -4,7 +4,7 @@
 //! Out: the same bytes, reply and recording as if it ran at once. Figures are defined pixel by
 //! pixel and each pixel belongs to one band of rows, so bands are exact, under BLEND over, too;
 //! POINTS is split between records, TEXT between letters, COPY between rows in the direction that
-//! overlap requires.
+//! overlap requires. The pieces of DRAW and DRAWSCENE are those of [`super::long_draw`].
 //!
 //! Promises, together with the scheduler:
 //! - One command at a time is in pieces. Meanwhile queries of other connections run, and see the
@@ -13,18 +13,21 @@
 //!   same bytes.
 //! - A command that exceeds the time limit ([`crate::server::Limits::command_time`]) is ended with
 //!   `EQUOTA`. The pixels that it has drawn stay, and are recorded as runs of pixels, which is
-//!   exact; the message says how far it got.
+//!   exact; the message says how far it got. Depths that a draw may have written are cleared, in the
+//!   recording too.
 //! - When the server ends, a command in pieces is abandoned: the memory contains a part of it, the
 //!   recording nothing.
 //!
 //! An error here would show as bytes that differ from those of the command in one piece (tests
 //! below), or from those of a replay.
 
+use super::drawing::Drawing;
+use super::long_draw::LongDraw;
 use super::{Effect, Engine, Progress};
 use crate::command::{AreaColors, Command, Figure, RealRect, Rect};
 use crate::draw2d::{self, Blend, DrawError, TextCursor};
 use crate::error::{Code, Fault};
-use crate::memory::{MemoryUse, Reservation};
+use crate::memory::{DepthFormat, MemoryUse, Reservation};
 use crate::server::{Budget, Session};
 use std::ops::Range;
 use std::time::{Duration, Instant};
@@ -56,6 +59,7 @@ enum Next {
     Record(usize),
     Letter(TextCursor),
     CrcRow(u32, crc32fast::Hasher),
+    Draw(LongDraw),
 }
 
 impl Engine {
@@ -134,6 +138,26 @@ impl Engine {
         Pieces { command, next, reply: Vec::new(), begun: Instant::now(), _held: held }
     }
 
+    /// Prepares the pieces of a draw, which has been counted.
+    ///
+    /// # Errors
+    /// Returns the draw if the system has no thread to give.
+    pub(super) fn begin_draw_in_pieces(&mut self, drawing: Drawing) -> Result<Pieces, Drawing> {
+        let command = drawing.command();
+        let draw = self.begin_long_draw(drawing)?;
+        Ok(self.pieces_of(command, Next::Draw(draw)))
+    }
+
+    /// Prepares the pieces of `DRAWEYE`, which has been counted and has its picture.
+    pub(super) fn begin_eye_in_pieces(&mut self, name: String, rect: Rect) -> Pieces {
+        self.pieces_of(Command::DrawEye { name, rect }, Next::Row(0))
+    }
+
+    fn pieces_of(&self, command: Command, next: Next) -> Pieces {
+        let held = self.budget.empty(MemoryUse::Payloads);
+        Pieces { command, next, reply: Vec::new(), begun: Instant::now(), _held: held }
+    }
+
     /// Runs at least one piece, and more until the budget's time is used up. Returns the rest of
     /// the command if it is not complete.
     ///
@@ -147,7 +171,7 @@ impl Engine {
         budget: Budget,
     ) -> Result<Progress, Fault> {
         loop {
-            let is_done = match self.run_piece(s, &mut pieces) {
+            let is_done = match self.run_piece(s, &mut pieces, budget.until) {
                 Ok(is_done) => is_done,
                 Err(fault) => {
                     s.stats.errors += 1;
@@ -160,7 +184,7 @@ impl Engine {
             let now = Instant::now();
             if let Some(limit) = budget.command_time.filter(|&limit| now >= pieces.begun + limit) {
                 s.stats.errors += 1;
-                return Err(self.give_up_pieces(&pieces, limit));
+                return Err(self.give_up_pieces(&mut pieces, limit));
             }
             if budget.until.is_some_and(|until| now >= until) {
                 return Ok(Progress::Pieces(Box::new(pieces)));
@@ -180,6 +204,7 @@ impl Engine {
         }
         match (&pieces.command, &pieces.next) {
             (Command::Clear { .. }, _) => self.end_clear(s),
+            (Command::DrawEye { rect, .. }, _) => self.note_eye(s, *rect),
             (Command::Copy { source, dx, dy }, _) => {
                 s.stats.pixels += self.visible(Rect { x: *dx, y: *dy, ..*source });
             }
@@ -195,11 +220,18 @@ impl Engine {
         Ok(Progress::Done(Effect::Done))
     }
 
-    /// Runs one piece. Returns whether it was the last one.
-    fn run_piece(&mut self, s: &mut Session, pieces: &mut Pieces) -> Result<bool, Fault> {
+    /// Runs one piece, or waits until `until` for a draw that needs no memory. Returns whether it was
+    /// the last one.
+    fn run_piece(
+        &mut self,
+        s: &mut Session,
+        pieces: &mut Pieces,
+        until: Option<Instant>,
+    ) -> Result<bool, Fault> {
         let Pieces { command, next, reply, .. } = pieces;
         let height = self.memory.height();
         match next {
+            Next::Draw(draw) => self.run_long_draw(s, draw, until),
             Next::Row(row) => {
                 let rows = *row..(*row + self.band_rows()).min(height);
                 *row = rows.end;
@@ -258,6 +290,7 @@ impl Engine {
             }
             Command::Read { rect } => self.read_band(*rect, rows, reply),
             Command::Copy { source, dx, dy } => self.copy_band(*source, [*dx, *dy], rows),
+            Command::DrawEye { name, rect } => self.put_eye_band(s, name, *rect, rows),
             Command::Figure(figure) => {
                 self.memory.set_window(rows);
                 let drawn = self.figure(s, figure);
@@ -305,9 +338,16 @@ impl Engine {
 
     /// Ends a command early, and records the pixels that it has drawn. The fault says how far it
     /// got.
-    fn give_up_pieces(&mut self, pieces: &Pieces, limit: Duration) -> Fault {
+    fn give_up_pieces(&mut self, pieces: &mut Pieces, limit: Duration) -> Fault {
         let height = self.memory.height();
-        let (rows, how_far) = match &pieces.next {
+        let (rows, how_far) = match &mut pieces.next {
+            Next::Draw(draw) => {
+                self.stop_long_draw(draw);
+                if draw.has_depth {
+                    self.discard_depths();
+                }
+                (0..height, "with a part of it drawn".to_owned())
+            }
             _ if matches!(pieces.command, Command::Read { .. } | Command::Crc { .. }) => {
                 (0..0, "without effect".to_owned())
             }
@@ -318,13 +358,35 @@ impl Engine {
                 };
                 (down, format!("after {row} of {height} rows"))
             }
-            Next::Record(at) => (0..height, format!("after {} records", at / 8)),
+            Next::Record(at) => (0..height, format!("after {} records", *at / 8)),
             Next::Letter(cursor) => (0..height, format!("after {} bytes", cursor.bytes())),
             Next::CrcRow(..) => (0..0, "without effect".to_owned()),
         };
         self.record_rows(rows);
         let message = format!("given up after {} s, {how_far}", limit.as_secs_f64());
         Fault::new(Code::Quota, message)
+    }
+}
+
+impl Engine {
+    /// Clears the depths, which a draw that was given up has written in part, in the recording too.
+    fn discard_depths(&mut self) {
+        let format = self.depth_format;
+        let other = if format == DepthFormat::F32 { DepthFormat::U32 } else { DepthFormat::F32 };
+        for format in [other, format] {
+            self.set_depth_format(format);
+            if let Some(recorder) = &mut self.recorder {
+                recorder.command(0, &Command::Depth(format));
+            }
+        }
+    }
+
+    /// Abandons a command in pieces, because its connection or the server ends.
+    pub(in crate::server) fn abandon(&mut self, verb: &'static str, mut pieces: Pieces) {
+        self.note_abandoned(verb);
+        if let Next::Draw(draw) = &mut pieces.next {
+            self.stop_long_draw(draw);
+        }
     }
 }
 

@@ -17,6 +17,7 @@ use crate::memory::{MemoryUse, Reservation};
 use crate::scene::{Geometry, Mesh, Scene, Texture, shapes};
 use crate::server::Session;
 use crate::server::resources::{Eye, Resource, ResourceKind, ResourceTable};
+use std::ops::Range;
 use std::sync::Arc;
 
 impl From<shapes::ShapeError> for Fault {
@@ -241,7 +242,11 @@ impl Engine {
             return Err(missing(ResourceKind::Eye, &name));
         };
         if eye.has_picture() {
-            self.put_eye(s, &eye, rect);
+            if self.may_suspend && self.visible(rect) > LARGE_EYE_PIXELS {
+                return Ok(Progress::Pieces(Box::new(self.begin_eye_in_pieces(name, rect))));
+            }
+            self.put_eye_rows(&eye, rect, 0..self.memory.height());
+            self.note_eye(s, rect);
             return Ok(Progress::Done(Effect::Done));
         }
         // Its pixels twice: while they are rendered, and in the resource, which counts them itself.
@@ -261,11 +266,27 @@ impl Engine {
         })))
     }
 
-    fn put_eye(&mut self, s: &mut Session, eye: &Eye, rect: Rect) {
+    /// Draws the rows of an eye's picture that lie in `band`.
+    pub(super) fn put_eye_band(
+        &mut self,
+        s: &Session,
+        name: &str,
+        rect: Rect,
+        band: Range<u32>,
+    ) -> Result<(), Fault> {
+        match self.resource(s, ResourceKind::Eye, name) {
+            Some(Resource::Eye(eye)) => self.put_eye_rows(&eye, rect, band),
+            _ => return Err(missing(ResourceKind::Eye, name)),
+        }
+        Ok(())
+    }
+
+    fn put_eye_rows(&mut self, eye: &Eye, rect: Rect, band: Range<u32>) {
         let ([columns, rows], pixels) = eye.picture();
-        let (width, height) = (i64::from(self.memory.width()), i64::from(self.memory.height()));
+        let width = i64::from(self.memory.width());
         let (x, y, w, h) = (i64::from(rect.x), i64::from(rect.y), i64::from(rect.w), i64::from(rect.h));
-        let ys = y.clamp(0, height)..(y + h).clamp(0, height);
+        let (top, bottom) = (i64::from(band.start), i64::from(band.end));
+        let ys = y.clamp(top, bottom)..(y + h).clamp(top, bottom);
         let xs = x.clamp(0, width)..(x + w).clamp(0, width);
         let frame = self.memory.bytes_mut().as_chunks_mut::<4>().0;
         for j in ys.clone() {
@@ -278,9 +299,14 @@ impl Engine {
         }
         if !xs.is_empty() && !ys.is_empty() {
             self.memory.mark_rows(ys.start as u32..ys.end as u32);
-            s.stats.pixels += ((xs.end - xs.start) * (ys.end - ys.start)) as u64;
-        } else {
-            empty_draw::note(s, Some(EmptyDraw::NoViewport));
+        }
+    }
+
+    /// Counts the pixels of `DRAWEYE`.
+    pub(super) fn note_eye(&mut self, s: &mut Session, rect: Rect) {
+        match self.visible(rect) {
+            0 => empty_draw::note(s, Some(EmptyDraw::NoViewport)),
+            pixels => s.stats.pixels += pixels,
         }
     }
 
@@ -318,6 +344,8 @@ const SMALL_TEAPOT: u32 = 10;
 const SMALL_KNOT_FACES: u64 = 1 << 11;
 /// Most working memory, in bytes, of a picture of the eye that is rendered at once.
 const SMALL_EYE_BYTES: u64 = 8 << 10;
+/// Most pixels of a picture of the eye that are drawn at once: some milliseconds.
+const LARGE_EYE_PIXELS: u64 = 1 << 18;
 
 /// Memory that a job has reserved.
 struct JobMemory {

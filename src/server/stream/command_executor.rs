@@ -44,6 +44,7 @@ impl<'a> CommandExecutor<'a> {
         out: &'a mut Output,
         budget: Budget,
     ) -> Self {
+        engine.set_may_suspend(budget.suspends);
         CommandExecutor {
             engine,
             session,

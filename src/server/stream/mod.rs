@@ -209,9 +209,11 @@ impl Stream {
         (used, if used < bytes.len() { StreamState::Yields } else { StreamState::Ready })
     }
 
-    /// Returns the verb of the command that is in pieces.
-    pub(super) fn verb_in_pieces(&self) -> Option<&'static str> {
-        self.suspended.as_ref().filter(|s| s.pieces.is_some()).map(|s| s.verb)
+    /// Abandons the command that is in pieces, if there is one.
+    pub(super) fn abandon(&mut self, engine: &mut Engine) {
+        if let Some(Suspended { verb, pieces: Some(pieces), .. }) = self.suspended.take() {
+            engine.abandon(verb, *pieces);
+        }
     }
 
     /// Ends the input: runs or refuses what the decoder still holds.

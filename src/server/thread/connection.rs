@@ -542,8 +542,10 @@ impl Connection {
             ticket.cancel();
         }
         if self.is_in_pieces {
-            let verb = self.replay.as_ref().map_or(self.stream.verb_in_pieces(), Replay::verb_in_pieces);
-            verb.into_iter().for_each(|verb| engine.note_abandoned(verb));
+            match &mut self.replay {
+                Some(replay) => replay.abandon(engine),
+                None => self.stream.abandon(engine),
+            }
         }
         engine.close(self.stream.session_mut());
         if let Some(on_end) = self.on_end.take() {
