@@ -110,15 +110,7 @@ pub(crate) fn draw_in_order(
     let (mut blended_setups, mut prepared_faces): (Vec<BlendedSetup>, Vec<PreparedFaceResult>) =
         (blended_setups, prepared_faces);
     if level.is_some() {
-        blended_setups.iter_mut().for_each(BlendedSetup::forget);
-        blended_setups.resize_with(blended_setups.len().max(all.len()), BlendedSetup::default);
-        let mut last = usize::MAX;
-        for &(object, _) in list {
-            if object != last && blended_setups[object].is_unasked() {
-                all[object].set_up_blended(target, &mut blended_setups[object]);
-            }
-            last = object;
-        }
+        set_up_objects(&mut blended_setups, all, list, target);
     }
     for batch in list.chunks(BATCH).take_while(|_| !executor.is_cancelled()) {
         let set_up = |&(object, triangle): &(usize, u32)| {
@@ -175,6 +167,24 @@ pub(crate) fn draw_in_order(
     lists.progress = progress;
     lists.prepared_faces = recycle(prepared_faces);
     lists.blended_setups = blended_setups;
+}
+
+/// Sets up the objects of the list for the vector kernels, each once.
+fn set_up_objects(
+    blended_setups: &mut Vec<BlendedSetup>,
+    all: &[PreparedDraw],
+    list: &[(usize, u32)],
+    target: &Target,
+) {
+    blended_setups.iter_mut().for_each(BlendedSetup::forget);
+    blended_setups.resize_with(blended_setups.len().max(all.len()), BlendedSetup::default);
+    let mut last = usize::MAX;
+    for &(object, _) in list {
+        if object != last && blended_setups[object].is_unasked() {
+            all[object].set_up_blended(target, &mut blended_setups[object]);
+        }
+        last = object;
+    }
 }
 
 /// Shared inputs of all bands.

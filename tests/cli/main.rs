@@ -3,6 +3,7 @@
 
 mod demos;
 mod docs;
+mod functions;
 mod layers;
 mod movie;
 mod play;

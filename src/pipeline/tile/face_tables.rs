@@ -14,6 +14,9 @@ use super::shading_state::{ColorSource, Shading};
 use super::vertex::ScreenVertex;
 use crate::simd::{F32, I32, Mask, Simd, prefetch};
 
+/// Function that finds the set-up of a face in f64.
+pub type ExactFaceLookup<'a> = dyn Fn(u32) -> Option<&'a ExactFace> + Sync + 'a;
+
 /// Faces that pixels are shaded from.
 #[derive(Clone, Copy)]
 pub struct Faces<'a> {
@@ -26,7 +29,7 @@ pub struct Faces<'a> {
     /// True if the mesh is larger than the nearer caches.
     pub is_far_flung: bool,
     /// Finds the set-up of a face in f64.
-    pub exact_face: &'a (dyn Fn(u32) -> Option<&'a ExactFace> + Sync),
+    pub exact_face: &'a ExactFaceLookup<'a>,
 }
 
 impl Faces<'_> {

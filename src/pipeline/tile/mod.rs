@@ -53,7 +53,7 @@ pub(crate) use hierarchical_z::HIERARCHICAL_Z_BYTES;
 pub(crate) use lighting::{Cone, Exponent, FastLight, LightPosition, MaterialLighting};
 pub(crate) use sampler::TextureSampler;
 pub(crate) use shading_state::{ColorSource, Eye, MaterialBinding, Shading};
-pub(crate) use tile_rows::{Counts, RowProgress, TileRowBuffers, draw_tile_row, for_each_tile_row};
+pub(crate) use tile_rows::{BinnedDraw, Counts, RowProgress, TileRowBuffers, for_each_tile_row};
 pub(crate) use vertex::{ScreenVertex, ToScreen};
 pub(crate) use vertex_lighting::VertexLightingKernel;
 
@@ -282,10 +282,10 @@ impl TileDraw {
         let Some((binned, bands)) = self.binned.and_then(|binned| Some((binned, binned.bands?))) else {
             return true;
         };
-        let (width, progress, counts) = (frame.width, &self.progress, &self.counts);
-        let rows = for_each_tile_row(executor, bands, &job.view, frame, &|band, far, workspace| {
-            let state = (counts, &progress[band], slice);
-            draw_tile_row(level, (scratch, &binned), job, (width, far), band, workspace, state);
+        let progress = &self.progress;
+        let draw = BinnedDraw { level, scratch, binned: &binned, job, counts: &self.counts, slice };
+        let rows = for_each_tile_row(executor, bands, &job.view, frame, &|band, buffers, ids| {
+            draw.draw_tile_row(band, &progress[band], buffers, ids);
         });
         self.stats.rows = (self.stats.rows.0.min(rows.0), self.stats.rows.1.max(rows.1));
         executor.is_cancelled() || self.progress[bands.0..=bands.1].iter().all(RowProgress::is_complete)

@@ -5,12 +5,13 @@
 //! thread steals half of another one's remaining rows. One thread draws a row, its tiles from left
 //! to right, each with visibility first and then colour.
 
-use super::bins::Grid;
+use super::bins::{Chunk, Grid};
 use super::depth_f64::DepthRasterKernel;
-use super::face_tables::Faces;
+use super::face_tables::{ExactFaceLookup, Faces};
 use super::hierarchical_z::HierarchicalZKernel;
 use super::raster::{ID_STRIDE, Ids, NO_FACE, RasterKernel, Tile};
 use super::resolve::ResolveKernel;
+use super::traverse::RasterStats;
 use super::{Binned, ClipRect, DepthF64, DrawJob, FrameSlices, Scratch};
 use crate::executor::Executor;
 use crate::memory::DepthCells;
@@ -86,8 +87,8 @@ impl RowProgress {
     }
 }
 
-/// Draws one row of tiles. Arguments: its index, the word of a cleared depth, its buffers.
-type TileRowWork<'w> = &'w (dyn Fn(usize, i32, &mut TileRowBuffers<'_>) + Sync);
+/// Draws one row of tiles. Arguments: its index, its buffers, the face ids of a tile.
+type TileRowWork<'w> = &'w (dyn Fn(usize, &mut TileRowBuffers<'_>, &mut Ids) + Sync);
 
 /// Calls `work` for each row of tiles from the first to the last, and returns the half-open range
 /// of pixel rows.
@@ -101,7 +102,6 @@ pub(crate) fn for_each_tile_row(
     let width = frame.width;
     let depth =
         frame.depth.unwrap_or(DepthCells { words: &mut [], narrow: &mut [], pending_clear: &mut [], far: 0 });
-    let far = depth.far;
     let top = view.y0 as usize + first * BAND_ROWS;
     let bottom = (view.y0 as usize + (last + 1) * BAND_ROWS).min(view.y1 as usize);
     let pixels = top * width..bottom * width;
@@ -109,174 +109,264 @@ pub(crate) fn for_each_tile_row(
     let rows = if depth.pending_clear.is_empty() { 0..0 } else { top..bottom };
     let (depth_range, pick_range) = (some(depth.words.len()), some(frame.pick.len()));
     let narrow_range = some(depth.narrow.len());
-    let workspace = TileRowBuffers {
+    let buffers = TileRowBuffers {
+        width,
+        far: depth.far,
         depth: &mut depth.words[depth_range],
         narrow: &mut depth.narrow[narrow_range],
         pending_clear: &mut depth.pending_clear[rows],
         bytes: &mut frame.bytes[pixels.start * 4..pixels.end * 4],
         pick: &mut frame.pick[pick_range],
-        ids: None,
     };
-    let work = |band: usize, workspace: TileRowBuffers<'_>| {
+    let work = |band: usize, mut buffers: TileRowBuffers<'_>| {
         let mut ids = AtLine([NO_FACE; _]);
-        let mut workspace = TileRowBuffers { ids: Some(&mut ids), ..workspace };
-        work(band, far, &mut workspace);
+        work(band, &mut buffers, &mut ids.0);
     };
-    share(executor, first..last + 1, workspace, BAND_ROWS * width, &work);
+    share(executor, first..last + 1, buffers, BAND_ROWS * width, &work);
     (top as u32, bottom as u32)
 }
 
-/// Draws the binned faces of one row of tiles, from where `progress` stands to the end of the row or
-/// of the slice: visibility, then colour. A tile that the slice's end divides is coloured twice, like
-/// a tile whose faces are binned in two pieces: the bytes are the same.
-pub(crate) fn draw_tile_row(
-    level: Level,
-    (scratch, binned): (&Scratch, &Binned),
-    job: &DrawJob<'_>,
-    (width, far): (usize, i32),
-    band: usize,
-    workspace: &mut TileRowBuffers<'_>,
-    (counts, progress, slice): (&Counts, &RowProgress, &Slice),
-) {
-    if progress.is_complete() {
-        return;
+/// A draw whose faces are binned, as its rows of tiles are drawn.
+#[derive(Clone, Copy)]
+pub(crate) struct BinnedDraw<'a> {
+    /// Vector width of the kernels.
+    pub level: Level,
+    /// Screen vertices and bins.
+    pub scratch: &'a Scratch,
+    /// Range and grid of the binned faces.
+    pub binned: &'a Binned,
+    /// The draw.
+    pub job: &'a DrawJob<'a>,
+    /// Counts that every row adds to.
+    pub counts: &'a Counts,
+    /// Slice in which the rows are drawn.
+    pub slice: &'a Slice<'a>,
+}
+
+impl BinnedDraw<'_> {
+    /// Draws the binned faces of one row of tiles, from where `progress` stands to the end of the row
+    /// or of the slice: visibility, then colour. A tile that the slice's end divides is coloured
+    /// twice, like a tile whose faces are binned in two pieces: the bytes are the same.
+    pub fn draw_tile_row(
+        &self,
+        band: usize,
+        progress: &RowProgress,
+        buffers: &mut TileRowBuffers<'_>,
+        ids: &mut Ids,
+    ) {
+        if progress.is_complete() {
+            return;
+        }
+        let BinnedDraw { scratch, binned, job, counts, .. } = *self;
+        let grid = binned.grid;
+        let chunks = &scratch.chunks[..binned.chunk_count];
+        let exact_face_of = |face: u32| {
+            let list = &chunks[(face as usize - binned.first_face) / binned.chunk_faces].exact_faces;
+            list.binary_search_by_key(&face, |w| w.face).ok().map(|i| &list[i])
+        };
+        let row = TileRow {
+            draw: self,
+            chunks,
+            faces: self.faces(&exact_face_of),
+            has_depth: !(buffers.depth.is_empty() && buffers.narrow.is_empty()),
+            y0: job.view.y0 + (band * BAND_ROWS) as i32,
+        };
+        // Words of 16 bits are widened to 32 while a tile is drawn.
+        let mut widened = if buffers.narrow.is_empty() { None } else { Some(AtLine([0; _])) };
+        let mut stats = TileRowStats::default();
+        // A few reached tiles are read from their list: scanning all tiles would cost a small draw
+        // more than its pixels.
+        let few = match chunks {
+            [one] if one.reached.len() <= FEW_TILES => Some(one.reached.as_slice()),
+            _ => None,
+        };
+        let (first, first_chunk) = progress.next();
+        let mut is_over = false;
+        for i in first..few.map_or(grid.columns, <[u32]>::len) {
+            let bin = few.map_or(band * grid.columns + i, |few| few[i] as usize);
+            if bin / grid.columns != band {
+                continue;
+            }
+            let mut visits = match scratch.visitors.get(bin) {
+                Some(visitors) => *visitors,
+                None => u64::from(!chunks[0].bins[bin].is_empty()),
+            };
+            if i == first {
+                visits &= u64::MAX << first_chunk;
+            }
+            if visits == 0 {
+                continue;
+            }
+            let widened = widened.as_mut().map(|words| &mut words.0);
+            let left = row.draw_tile(bin, visits, buffers, ids, widened, &mut stats);
+            if left != 0 {
+                progress.stop_at(i, left.trailing_zeros());
+                is_over = true;
+                break;
+            }
+        }
+        if !is_over {
+            progress.complete();
+        }
+        counts.tested.fetch_add(stats.raster.tested, Relaxed);
+        counts.passed.fetch_add(stats.raster.passed, Relaxed);
+        counts.shaded.fetch_add(stats.shaded, Relaxed);
+        counts.hidden.fetch_add(stats.raster.hidden, Relaxed);
     }
-    let (mesh, grid) = (job.mesh, binned.grid);
-    let (screen_vertices, vertices) = (scratch.screen_vertices.as_slice(), scratch.depth_f64.as_slice());
-    let chunks = &scratch.chunks[..binned.chunk_count];
-    let depth_f64 = job.depth_f64.filter(|_| !(workspace.depth.is_empty() && workspace.narrow.is_empty()));
-    let exact_face_of = |face: u32| {
-        let list = &chunks[(face as usize - binned.first_face) / binned.chunk_faces].exact_faces;
-        list.binary_search_by_key(&face, |w| w.face).ok().map(|i| &list[i])
-    };
-    let is_far_flung = mesh.vertex_count() * 32 + mesh.triangle_count * 16 > NEAR_BYTES;
-    let faces = Faces {
-        shading: &job.shading,
-        corners: &mesh.screen_vertices,
-        screen_vertices,
-        is_far_flung,
-        exact_face: &exact_face_of,
-    };
-    let y0 = job.view.y0 + (band * BAND_ROWS) as i32;
-    let y1 = y0 + (workspace.bytes.len() / 4 / width) as i32;
-    let Some(AtLine(ids)) = workspace.ids.as_deref_mut() else { return };
-    // Words of 16 bits are widened to 32 while a tile is drawn.
-    let is_narrow = !workspace.narrow.is_empty();
-    let mut widened = if is_narrow { Some(AtLine([0; _])) } else { None };
-    let (mut own_tested, mut own_passed, mut own_shaded, mut own_hidden) = (0, 0, 0, 0);
-    // A few reached tiles are read from their list: scanning all tiles would cost a small draw more
-    // than its pixels.
-    let few = match chunks {
-        [one] if one.reached.len() <= FEW_TILES => Some(one.reached.as_slice()),
-        _ => None,
-    };
-    let ((first, first_chunk), mut is_over) = (progress.next(), false);
-    for i in first..few.map_or(grid.columns, <[u32]>::len) {
-        if is_over {
-            break;
+
+    /// Returns the faces that pixels are shaded from.
+    fn faces<'f>(&'f self, exact_face: &'f ExactFaceLookup<'f>) -> Faces<'f> {
+        let mesh = self.job.mesh;
+        Faces {
+            shading: &self.job.shading,
+            corners: &mesh.screen_vertices,
+            screen_vertices: self.scratch.screen_vertices.as_slice(),
+            is_far_flung: mesh.vertex_count() * 32 + mesh.triangle_count * 16 > NEAR_BYTES,
+            exact_face,
         }
-        let bin = few.map_or(band * grid.columns + i, |few| few[i] as usize);
-        if bin / grid.columns != band {
-            continue;
-        }
+    }
+}
+
+/// Counts of a row of tiles.
+#[derive(Default)]
+struct TileRowStats {
+    raster: RasterStats,
+    /// Pixels shaded.
+    shaded: u64,
+}
+
+/// A row of tiles while it is drawn.
+struct TileRow<'r> {
+    draw: &'r BinnedDraw<'r>,
+    chunks: &'r [Chunk],
+    faces: Faces<'r>,
+    /// True if depth is tested.
+    has_depth: bool,
+    /// First pixel row.
+    y0: i32,
+}
+
+/// Depth words of a tile in the formats other than f32.
+struct DepthWords<'w> {
+    words: &'w mut [i32],
+    /// Number of words in a row.
+    stride: usize,
+    /// Column of the first word of a row.
+    first_column: i32,
+}
+
+impl TileRow<'_> {
+    /// Draws one tile: its bins in the chunks whose bits are set in `visits`. `widened` is room for
+    /// the tile's words of 16 bits, if depth has them. Returns the chunks that are left over when the
+    /// slice ends.
+    fn draw_tile(
+        &self,
+        bin: usize,
+        visits: u64,
+        buffers: &mut TileRowBuffers<'_>,
+        ids: &mut Ids,
+        mut widened: Option<&mut Ids>,
+        stats: &mut TileRowStats,
+    ) -> u64 {
+        let (grid, width) = (self.draw.binned.grid, buffers.width);
         let column = bin % grid.columns;
         let columns = grid.pixels_of(column);
         let (x0, x1) = (columns.start, columns.end);
-        let mut visits = match scratch.visitors.get(bin) {
-            Some(visitors) => *visitors,
-            None => u64::from(!chunks[0].bins[bin].is_empty()),
+        let (y0, y1) = (self.y0, self.y0 + (buffers.bytes.len() / 4 / width) as i32);
+        buffers.clear_pending(column, &columns);
+        if let Some(words) = widened.as_deref_mut() {
+            widen(&*buffers.narrow, width, columns.clone(), words);
+        }
+        let (stride, first_column) = if widened.is_some() { (ID_STRIDE, x0) } else { (width, 0) };
+        let (own_depth, words): (&mut [i32], &mut [i32]) = match (self.depth_f64(), widened.as_deref_mut()) {
+            (None, _) => (&mut *buffers.depth, &mut []),
+            (Some(_), None) => (&mut [], &mut *buffers.depth),
+            (Some(_), Some(widened)) => (&mut [], &mut widened[..]),
         };
-        if i == first {
-            visits &= u64::MAX << first_chunk;
-        }
-        if visits == 0 {
-            continue;
-        }
-        // Pending clears of the depth are done here, while the cells enter the cache.
-        for (row, pending_clear) in
-            workspace.pending_clear.iter_mut().enumerate().filter(|(_, s)| **s >> column & 1 == 1)
-        {
-            let start = row * width;
-            workspace.depth[start + x0 as usize..start + x1 as usize].fill(far);
-            *pending_clear &= !(1 << column);
-        }
-        if let Some(words) = &mut widened {
-            widen(&*workspace.narrow, width, columns.clone(), &mut words.0);
-        }
-        let (own_depth, words): (&mut [i32], &mut [i32]) = match (depth_f64, &mut widened) {
-            (None, _) => (&mut *workspace.depth, &mut []),
-            (Some(_), None) => (&mut [], &mut *workspace.depth),
-            (Some(_), Some(widened)) => (&mut [], &mut widened.0),
-        };
-        let (stride, first_column) = if is_narrow { (ID_STRIDE, x0) } else { (width, 0) };
-        let mut tile = Tile { x0, x1, y0, y1, width, depth: own_depth, ids: &mut *ids };
+        let mut tile = Tile { x0, x1, y0, y1, width, depth: own_depth, ids };
+        let mut words = DepthWords { words, stride, first_column };
         let mut reach = [i16::MAX, i16::MAX, 0, 0];
-        let mut tile_passed = 0;
-        while visits != 0 {
-            is_over = slice.is_over();
-            if is_over {
-                progress.stop_at(i, visits.trailing_zeros());
-                break;
-            }
-            let chunk = &chunks[visits.trailing_zeros() as usize];
+        let (mut visits, mut passed) = (visits, 0);
+        while visits != 0 && !self.draw.slice.is_over() {
+            let chunk = &self.chunks[visits.trailing_zeros() as usize];
             visits &= visits - 1;
             let r = chunk.bins[bin].reach;
             reach = [reach[0].min(r[0]), reach[1].min(r[1]), reach[2].max(r[2]), reach[3].max(r[3])];
-            let (exact_faces, bin) = (&chunk.exact_faces, &chunk.bins[bin]);
-            let corners = &mesh.screen_vertices;
-            let done = match depth_f64 {
-                None => {
-                    let tile = &mut tile;
-                    let is_coarse = job.coarse == CoarseDepth::On && !tile.depth.is_empty();
-                    let kernel = RasterKernel { bin, exact_faces, corners, tile };
-                    match is_coarse && HierarchicalZKernel::pays(bin) {
-                        false => level.dispatch(kernel),
-                        true => level.dispatch(HierarchicalZKernel(kernel)),
-                    }
-                }
-                Some(DepthF64 { encoder, .. }) => {
-                    let (words, tile) = (&mut *words, &mut tile);
-                    level.dispatch(DepthRasterKernel {
-                        bin,
-                        exact_faces,
-                        corners,
-                        vertices,
-                        encoder,
-                        tile,
-                        words,
-                        stride,
-                        first_column,
-                    })
-                }
-            };
-            own_tested += done.tested;
-            own_hidden += done.hidden;
-            tile_passed += done.passed;
+            let done = self.rasterize(chunk, bin, &mut tile, &mut words);
+            stats.raster.tested += done.tested;
+            stats.raster.hidden += done.hidden;
+            passed += done.passed;
         }
-        if tile_passed == 0 {
-            continue;
+        if passed == 0 {
+            return visits;
         }
-        own_passed += tile_passed;
-        if let Some(words) = &widened {
-            narrow(&words.0, width, columns.clone(), &mut *workspace.narrow);
+        stats.raster.passed += passed;
+        if let Some(words) = widened {
+            narrow(words, width, columns, &mut *buffers.narrow);
         }
         let [left, top, right, bottom] = reach.map(i32::from);
-        own_shaded += level.dispatch(ResolveKernel {
-            faces,
+        stats.shaded += self.draw.level.dispatch(ResolveKernel {
+            faces: self.faces,
             reach: ClipRect { x0: left.max(x0), y0: top.max(y0), x1: right.min(x1), y1: bottom.min(y1) },
             tile: &mut tile,
-            bytes: &mut *workspace.bytes,
-            pick: &mut *workspace.pick,
-            name: job.name,
+            bytes: &mut *buffers.bytes,
+            pick: &mut *buffers.pick,
+            name: self.draw.job.name,
         });
+        visits
     }
-    if !is_over {
-        progress.complete();
+
+    /// Returns the parameters of depth in f64, if depth is tested in it.
+    fn depth_f64(&self) -> Option<DepthF64> {
+        self.draw.job.depth_f64.filter(|_| self.has_depth)
     }
-    counts.tested.fetch_add(own_tested, Relaxed);
-    counts.passed.fetch_add(own_passed, Relaxed);
-    counts.shaded.fetch_add(own_shaded, Relaxed);
-    counts.hidden.fetch_add(own_hidden, Relaxed);
+
+    /// Draws the faces of a chunk in a tile: depth and face ids.
+    fn rasterize(
+        &self,
+        chunk: &Chunk,
+        bin: usize,
+        tile: &mut Tile<'_>,
+        words: &mut DepthWords<'_>,
+    ) -> RasterStats {
+        let BinnedDraw { level, scratch, job, .. } = *self.draw;
+        let (exact_faces, bin) = (&chunk.exact_faces, &chunk.bins[bin]);
+        let corners = &job.mesh.screen_vertices;
+        match self.depth_f64() {
+            None => {
+                let is_coarse = job.coarse == CoarseDepth::On && !tile.depth.is_empty();
+                let kernel = RasterKernel { bin, exact_faces, corners, tile };
+                match is_coarse && HierarchicalZKernel::pays(bin) {
+                    false => level.dispatch(kernel),
+                    true => level.dispatch(HierarchicalZKernel(kernel)),
+                }
+            }
+            Some(DepthF64 { encoder, .. }) => level.dispatch(DepthRasterKernel {
+                bin,
+                exact_faces,
+                corners,
+                vertices: scratch.depth_f64.as_slice(),
+                encoder,
+                tile,
+                words: &mut *words.words,
+                stride: words.stride,
+                first_column: words.first_column,
+            }),
+        }
+    }
+}
+
+impl TileRowBuffers<'_> {
+    /// Does the pending clears of a column of tiles, while its cells enter the cache.
+    fn clear_pending(&mut self, column: usize, columns: &Range<i32>) {
+        for (row, pending_clear) in
+            self.pending_clear.iter_mut().enumerate().filter(|(_, s)| **s >> column & 1 == 1)
+        {
+            let start = row * self.width;
+            self.depth[start + columns.start as usize..start + columns.end as usize].fill(self.far);
+            *pending_clear &= !(1 << column);
+        }
+    }
 }
 
 /// Face ids of a tile, aligned to a cache line: a vector that straddles two lines costs twice.
@@ -301,6 +391,10 @@ fn narrow(from: &Ids, width: usize, columns: Range<i32>, to: &mut [u16]) {
 
 /// Slices of the frame's buffers for a range of rows of tiles; all but `bytes` may be empty.
 pub(crate) struct TileRowBuffers<'a> {
+    /// Width of a row of the frame in pixels.
+    width: usize,
+    /// Word of a cleared depth.
+    far: i32,
     /// Depth words of 32 bits.
     depth: &'a mut [i32],
     /// Depth words of 16 bits.
@@ -311,8 +405,6 @@ pub(crate) struct TileRowBuffers<'a> {
     bytes: &'a mut [u8],
     /// Pick buffer: name and triangle.
     pick: &'a mut [[u32; 2]],
-    /// Face ids of a tile; set for a single row of tiles.
-    ids: Option<&'a mut AtLine>,
 }
 
 /// Splits the buffers of `bands` by halves and calls `work` for each row of tiles, of `size`
@@ -320,35 +412,37 @@ pub(crate) struct TileRowBuffers<'a> {
 fn share(
     executor: &Executor,
     bands: Range<usize>,
-    workspace: TileRowBuffers<'_>,
+    buffers: TileRowBuffers<'_>,
     size: usize,
     work: &(impl Fn(usize, TileRowBuffers<'_>) + Sync),
 ) {
     if bands.len() <= 1 {
         if !executor.is_cancelled() {
-            work(bands.start, workspace);
+            work(bands.start, buffers);
         }
         return;
     }
     let half = bands.len() / 2;
     let middle = half * size;
     let split = |length: usize| if length == 0 { 0 } else { middle };
-    let (at_depth, at_pick) = (split(workspace.depth.len()), split(workspace.pick.len()));
-    let (depth, depth_below) = workspace.depth.split_at_mut(at_depth);
-    let at_narrow = split(workspace.narrow.len());
-    let (narrow, narrow_below) = workspace.narrow.split_at_mut(at_narrow);
-    let at_stale = if workspace.pending_clear.is_empty() { 0 } else { half * BAND_ROWS };
-    let (pending_clear, stale_below) = workspace.pending_clear.split_at_mut(at_stale);
-    let (pick, pick_below) = workspace.pick.split_at_mut(at_pick);
-    let (bytes, bytes_below) = workspace.bytes.split_at_mut(middle * 4);
-    let above = TileRowBuffers { depth, narrow, pending_clear, bytes, pick, ids: None };
+    let (at_depth, at_pick) = (split(buffers.depth.len()), split(buffers.pick.len()));
+    let (depth, depth_below) = buffers.depth.split_at_mut(at_depth);
+    let at_narrow = split(buffers.narrow.len());
+    let (narrow, narrow_below) = buffers.narrow.split_at_mut(at_narrow);
+    let at_stale = if buffers.pending_clear.is_empty() { 0 } else { half * BAND_ROWS };
+    let (pending_clear, stale_below) = buffers.pending_clear.split_at_mut(at_stale);
+    let (pick, pick_below) = buffers.pick.split_at_mut(at_pick);
+    let (bytes, bytes_below) = buffers.bytes.split_at_mut(middle * 4);
+    let (width, far) = (buffers.width, buffers.far);
+    let above = TileRowBuffers { width, far, depth, narrow, pending_clear, bytes, pick };
     let below = TileRowBuffers {
+        width,
+        far,
         depth: depth_below,
         narrow: narrow_below,
         pending_clear: stale_below,
         bytes: bytes_below,
         pick: pick_below,
-        ids: None,
     };
     let (upper, lower) = (bands.start..bands.start + half, bands.start + half..bands.end);
     match executor.pool() {

@@ -162,23 +162,23 @@ fn draw_rows(
     let reached = || each().filter_map(|((d, _), _)| d.binned.as_ref()).map(|b| b.1);
     let (first, last) = (reached().map(|b| b.0).min(), reached().map(|b| b.1).max());
     let (Some(first), Some(last), Some(((any, _), _))) = (first, last, each().next()) else { return };
-    let (width, format) = (target.memory.width() as usize, target.depth_format);
+    let format = target.depth_format;
     let has_depth = all[0].plan.uses(Part::DepthMemory);
     let complete = [const { AtomicBool::new(false) }; MOST_TILE_ROWS];
     let is_complete = |band: usize| complete[band].load(Relaxed);
     while !executor.is_cancelled() && !(first..=last).all(is_complete) {
         let (slice, whole) = (&Slice::new(all[0].preemption), &Slice::new(&NOT_PREEMPTED));
-        let work = |band: usize, far, workspace: &mut tile::TileRowBuffers<'_>| {
+        let work = |band: usize, buffers: &mut tile::TileRowBuffers<'_>, ids: &mut _| {
             if is_complete(band) || slice.is_over() {
                 return;
             }
             for ((d, slot), prepared) in each() {
                 let reaches = |b: &&(Binned, (usize, usize))| b.1.0 <= band && band <= b.1.1;
                 let Some((binned, _)) = d.binned.as_ref().filter(reaches) else { continue };
-                let state = (&d.counts, &RowProgress::default(), whole);
                 prepared.with_job(&d.inputs, &slot.tables, format, |job| {
-                    let binned_draw = (&slot.scratch, binned);
-                    tile::draw_tile_row(level, binned_draw, job, (width, far), band, workspace, state);
+                    let (scratch, counts) = (&slot.scratch, &d.counts);
+                    let draw = tile::BinnedDraw { level, scratch, binned, job, counts, slice: whole };
+                    draw.draw_tile_row(band, &RowProgress::default(), buffers, ids);
                 });
             }
             complete[band].store(true, Relaxed);
