@@ -60,18 +60,18 @@ fn scene_of_boxes(count: usize) -> String {
 type Case = (&'static str, fn(usize) -> String, &'static str);
 
 const CASES: [Case; 8] = [
-    ("opaque", |n| mesh_of_layers(200 * n), "DRAW m\n"),
+    ("opaque", |n| mesh_of_layers(60 * n), "DRAW m\n"),
     (
         "transparent",
-        |n| format!("MATERIAL black #cc black 1 black .5\n{}", mesh_of_layers(25 * n)),
+        |n| format!("MATERIAL black #cc black 1 black .5\n{}", mesh_of_layers(8 * n)),
         "DRAW m\n",
     ),
-    ("painter", |n| format!("HIDE painter\nMESH m KNOT 200 {}\n", 30 * n), "DRAW m\n"),
-    ("wire", |n| format!("SHADE wire\nMESH m KNOT 200 {}\n", 20 * n), "DRAW m\n"),
-    ("narrow depths", |n| format!("DEPTH u16\n{}", mesh_of_layers(100 * n)), "DRAW m\n"),
+    ("painter", |n| format!("HIDE painter\nMESH m KNOT 200 {}\n", 12 * n), "DRAW m\n"),
+    ("wire", |n| format!("SHADE wire\nMESH m KNOT 200 {}\n", 12 * n), "DRAW m\n"),
+    ("narrow depths", |n| format!("DEPTH u16\n{}", mesh_of_layers(40 * n)), "DRAW m\n"),
     ("first draw of a large mesh", |n| format!("MESH m KNOT 400 {}\n", 50 * n), "DRAW m\n"),
-    ("scene", |n| scene_of_layers(25 * n), "DRAWSCENE\n"),
-    ("scene of many objects", |n| scene_of_boxes(1500 * n), "DRAWSCENE\n"),
+    ("scene", |n| scene_of_layers(8 * n), "DRAWSCENE\n"),
+    ("scene of many objects", |n| scene_of_boxes(800 * n), "DRAWSCENE\n"),
 ];
 
 /// Returns how many rounds of queries another client gets answered between the beginning of a draw
@@ -109,7 +109,7 @@ fn rounds_beside(setting: &str, draw: &str) -> usize {
 fn queries_of_others_are_answered_while_faces_are_drawn() {
     for (what, setting, draw) in CASES {
         // A fast machine needs a larger draw before it is divided often.
-        let found = [1, 4, 16, 64].map(|n| (n, setting)).into_iter().find_map(|(n, setting)| {
+        let found = [1, 4, 16, 64, 256].map(|n| (n, setting)).into_iter().find_map(|(n, setting)| {
             let rounds = rounds_beside(&setting(n), draw);
             (rounds >= 5).then_some(rounds)
         });
