@@ -11,7 +11,7 @@ use super::plan::{Part, Plan};
 use super::planner::plan_draw;
 use super::tile::LIST_BYTES;
 use super::tile_frontend::{blended_unsupported_reason, estimated_bytes, unsupported_reason};
-use super::worst_case::at_worst;
+use super::worst_case::{ListLimits, at_worst};
 use crate::cancel::CancelToken;
 use glam::DVec3;
 
@@ -24,7 +24,8 @@ impl Plan {
         let mut plan =
             plan_draw(call, target, &lighting, &GeometryInfo::of(call.geometry, CancelToken::default()));
         add_path(&mut plan, call, target);
-        let working = at_worst(call, target, &plan, None, (1, LIST_BYTES as u64));
+        let bound = ListLimits { threads: 1, list_bytes: LIST_BYTES as u64 };
+        let working = at_worst(call, target, &plan, None, bound);
         plan.set_working_bytes(working.sum());
         plan
     }

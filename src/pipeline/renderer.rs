@@ -21,7 +21,7 @@ use super::tile::{HIERARCHICAL_Z_BYTES, LIST_BYTES, list_bound};
 use super::tile_frontend::{DrawBatch, DrawContext, binding_bytes, unsupported_reason};
 use super::vertex::Vertex;
 use super::working::{Working, WorkingBytes, WorkingMemory};
-use super::worst_case::{SMALL_FACES, at_worst, ordered, small_at_worst};
+use super::worst_case::{ListLimits, SMALL_FACES, at_worst, ordered, small_at_worst};
 use crate::cancel::CancelToken;
 use crate::executor::Executor;
 use crate::memory::{DepthFormat, MemoryBudget, OverBudget, Rgba, VideoMemory};
@@ -162,9 +162,14 @@ impl Renderer {
         }
     }
 
+    /// Returns what bounds the tiles' lists of a draw.
+    fn list_limits(&self) -> ListLimits {
+        ListLimits { threads: self.threads(), list_bytes: self.bound.0 }
+    }
+
     /// Returns the worst-case working memory of a draw.
     fn at_worst(&self, prepared: &PreparedDraw, target: &Target) -> WorkingBytes {
-        let bound = (self.threads(), self.bound.0);
+        let bound = self.list_limits();
         at_worst(prepared.call, target, &prepared.plan, prepared.geometry_info.vertex_count(), bound)
     }
 
@@ -324,7 +329,7 @@ impl Renderer {
             // Small objects share one bound, the most that any of them can need.
             let small = all.iter().filter(|p| is_small(p)).map(|p| binding_bytes(p.call)).max();
             if let Some(surfaces) = small {
-                worst.cover(&small_at_worst(surfaces, target, (own.threads(), own.bound.0)));
+                worst.cover(&small_at_worst(surfaces, target, own.list_limits()));
             }
             worst
         })?;

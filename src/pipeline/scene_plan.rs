@@ -12,7 +12,7 @@ use super::tile::LIST_BYTES;
 use super::tile_frontend::{DrawBatch, binding_bytes};
 use super::vertex::Vertex;
 use super::working::{SORT_KEY_BYTES, Working, WorkingBytes};
-use super::worst_case::{SMALL_FACES, at_worst, ordered, small_at_worst};
+use super::worst_case::{ListLimits, SMALL_FACES, at_worst, ordered, small_at_worst};
 use crate::scene::{HiddenSurface, Scene, TransparencyOrder};
 use std::sync::Arc;
 
@@ -40,7 +40,7 @@ pub(crate) fn plan_scene_for(target: &Target, scene: &Scene, options: &SceneOpti
     // All objects' faces share one list.
     plan.set_bytes(Part::FacesInOrder, face_list_bytes(plan.item(Part::FacesInOrder).count));
     let each: Vec<(DrawCall, Plan)> = calls.into_iter().zip(plans).collect();
-    let worst = scene_at_worst(&each, (target, threads), options, object_bytes(scene));
+    let worst = scene_at_worst(&each, target, threads, options, object_bytes(scene));
     plan.set_working_bytes(worst.sum());
     if options.hide == HiddenSurface::Painter && plan.uses(Part::SortFaces) {
         plan.explain(Part::SortFaces, SORTED_BY_PAINTER);
@@ -87,11 +87,12 @@ pub(crate) fn in_order<'a>(
 /// all objects.
 fn scene_at_worst(
     each: &[(DrawCall, Plan)],
-    (target, threads): (&Target, u64),
+    target: &Target,
+    threads: u64,
     options: &SceneOptions,
     object_bytes: u64,
 ) -> WorkingBytes {
-    let bound = (threads, LIST_BYTES as u64);
+    let bound = ListLimits { threads, list_bytes: LIST_BYTES as u64 };
     let mut worst = in_order(each.iter().map(|(call, plan)| (call, plan)), options, object_bytes);
     let is_small = |plan: &Plan, call: &DrawCall| {
         plan.uses(Part::TileRenderer) && call.geometry.mesh.triangles.len() <= SMALL_FACES

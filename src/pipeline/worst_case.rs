@@ -13,15 +13,23 @@ use super::vertex::Vertex;
 use super::working::{FACE_ENTRY_BYTES, SORT_KEY_BYTES, Working, WorkingBytes};
 use crate::scene::ShadeMode;
 
+/// What bounds the tiles' lists of a draw.
+#[derive(Clone, Copy)]
+pub(crate) struct ListLimits {
+    /// Number of threads.
+    pub threads: u64,
+    /// Bytes of the lists beyond which a draw is split into pieces.
+    pub list_bytes: u64,
+}
+
 /// Returns the worst-case bytes of a draw by the path that its plan chooses. `vertices` is the
-/// vertex count of its indexed mesh, if computed; otherwise the corner count bounds it. The last
-/// argument is the thread count and the bound of the tiles' lists in bytes.
+/// vertex count of its indexed mesh, if computed; otherwise the corner count bounds it.
 pub(crate) fn at_worst(
     call: &DrawCall,
     target: &Target,
     plan: &Plan,
     vertices: Option<u64>,
-    (threads, list_bytes): (u64, u64),
+    bound: ListLimits,
 ) -> WorkingBytes {
     let mesh = &call.geometry.mesh;
     let faces = mesh.triangles.len() as u64;
@@ -29,7 +37,7 @@ pub(crate) fn at_worst(
         let most = mesh.corners.len().min(3 * mesh.triangles.len()) as u64;
         let mut bytes = working_bytes(call, target.depth_format, plan, vertices.unwrap_or(most));
         let size = (target.memory.width() as usize, target.memory.height() as usize);
-        bytes[Working::Lists] = worst_list_bytes(faces, threads, size, list_bytes);
+        bytes[Working::Lists] = worst_list_bytes(faces, bound.threads, size, bound.list_bytes);
         return bytes;
     }
     let mut bytes = WorkingBytes::default();
@@ -50,11 +58,7 @@ pub(crate) const SMALL_FACES: usize = 512;
 
 /// Returns the worst-case bytes of any small draw by the tile renderer, whatever its state.
 /// `surfaces` is the size of its materials in bytes.
-pub(crate) fn small_at_worst(
-    surfaces: u64,
-    target: &Target,
-    (threads, list_bytes): (u64, u64),
-) -> WorkingBytes {
+pub(crate) fn small_at_worst(surfaces: u64, target: &Target, bound: ListLimits) -> WorkingBytes {
     let (faces, size) =
         (SMALL_FACES as u64, (target.memory.width() as usize, target.memory.height() as usize));
     let mut bytes = WorkingBytes::default();
@@ -64,7 +68,7 @@ pub(crate) fn small_at_worst(
         bytes[table] = 3 * faces * SCREEN_VERTEX_BYTES;
     }
     bytes[Working::Surfaces] = surfaces;
-    bytes[Working::Lists] = worst_list_bytes(faces, threads, size, list_bytes);
+    bytes[Working::Lists] = worst_list_bytes(faces, bound.threads, size, bound.list_bytes);
     bytes
 }
 
