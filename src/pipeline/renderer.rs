@@ -162,7 +162,7 @@ impl Renderer {
         }
     }
 
-    /// Returns what bounds the tiles' lists of a draw.
+    /// Returns the limits of the tiles' lists.
     fn list_limits(&self) -> ListLimits {
         ListLimits { threads: self.threads(), list_bytes: self.bound.0 }
     }

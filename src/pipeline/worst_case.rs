@@ -13,7 +13,7 @@ use super::vertex::Vertex;
 use super::working::{FACE_ENTRY_BYTES, SORT_KEY_BYTES, Working, WorkingBytes};
 use crate::scene::ShadeMode;
 
-/// What bounds the tiles' lists of a draw.
+/// Limits of the lists that the tiles of a draw hold.
 #[derive(Clone, Copy)]
 pub(crate) struct ListLimits {
     /// Number of threads.
