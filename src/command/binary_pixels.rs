@@ -2,12 +2,10 @@
 //! the LF among their bytes.
 //!
 //! The letters recur at the same positions of 64-byte vectors every 320 bytes, and of eight-byte
-//! words every 40, so whole blocks are compared with a pattern. Both versions give equal results
-//! for every input.
-//!
-//! SAFETY: the unsafe code loads vectors from arrays, and calls the version whose CPU features were
-//! just found.
-#![allow(unsafe_code)]
+//! words every 40, so whole blocks are compared with a pattern. The comparison is written in words
+//! and compiled for each vector level, whose vectors the compiler uses for them.
+
+use crate::simd::{Kernel, Level, Simd};
 
 /// Size of a record in bytes.
 const RECORD: usize = 10;
@@ -32,7 +30,7 @@ const fn pattern(letters: [u8; 2]) -> [u8; PERIOD] {
 /// Counts the complete records at the start of `bytes` that are binary pixels, and the LF in them.
 #[inline]
 pub fn leading_records(bytes: &[u8]) -> (usize, u64) {
-    let (count, lines) = full_periods(bytes);
+    let (count, lines) = Level::best().dispatch(FullPeriods(bytes));
     let rest = bytes[count * RECORD..].as_chunks::<RECORD>().0;
     let more = rest.iter().position(|r| !r.starts_with(b"PB")).unwrap_or(rest.len());
     (count + more, lines + lf_in(rest[..more].as_flattened()))
@@ -40,20 +38,19 @@ pub fn leading_records(bytes: &[u8]) -> (usize, u64) {
 
 /// Counts as [`leading_records`] does, up to the first block of 32 records that are not all
 /// binary pixels.
-#[inline]
-fn full_periods(bytes: &[u8]) -> (usize, u64) {
-    #[cfg(target_arch = "x86_64")]
-    if is_x86_feature_detected!("avx512f")
-        && is_x86_feature_detected!("avx512bw")
-        && is_x86_feature_detected!("popcnt")
-    {
-        // SAFETY: the CPU was just found to have the features that the function needs.
-        return unsafe { wide(bytes) };
+struct FullPeriods<'b>(&'b [u8]);
+
+impl Kernel for FullPeriods<'_> {
+    type Output = (usize, u64);
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> (usize, u64) {
+        full_periods(self.0)
     }
-    portable(bytes)
 }
 
-fn portable(bytes: &[u8]) -> (usize, u64) {
+#[inline(always)]
+fn full_periods(bytes: &[u8]) -> (usize, u64) {
     let words = |block: &'static [u8; PERIOD]| block.as_chunks::<8>().0;
     let (letters, are_letters) = (words(&LETTERS), words(&ARE_LETTERS));
     let mut count = 0;
@@ -71,37 +68,8 @@ fn portable(bytes: &[u8]) -> (usize, u64) {
     (count, lf_in(&bytes[..count * RECORD]))
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512bw,popcnt")]
-fn wide(bytes: &[u8]) -> (usize, u64) {
-    use std::arch::x86_64::*;
-    #[inline]
-    #[target_feature(enable = "avx512f")]
-    fn load(bytes: &[u8; PERIOD], i: usize) -> __m512i {
-        let block: &[u8; 64] = bytes[i * 64..].first_chunk().expect("a period is five vectors");
-        // SAFETY: the reference is to 64 bytes, of any alignment.
-        unsafe { _mm512_loadu_si512(block.as_ptr().cast()) }
-    }
-    let (mut count, mut lines) = (0, 0);
-    for block in bytes.as_chunks::<PERIOD>().0 {
-        let (mut wrong, mut lf) = (0, 0);
-        for i in 0..PERIOD / 64 {
-            let data = load(block, i);
-            let are_letters = _mm512_test_epi8_mask(load(&ARE_LETTERS, i), load(&ARE_LETTERS, i));
-            wrong |= _mm512_mask_cmpneq_epi8_mask(are_letters, data, load(&LETTERS, i));
-            lf += _mm512_cmpeq_epi8_mask(data, _mm512_set1_epi8(b'\n' as i8)).count_ones();
-        }
-        if wrong != 0 {
-            break;
-        }
-        count += PERIOD / RECORD;
-        lines += u64::from(lf);
-    }
-    (count, lines)
-}
-
 /// Counts the LF bytes.
-#[inline]
+#[inline(always)]
 pub fn lf_in(bytes: &[u8]) -> u64 {
     // Short sums in bytes, which the compiler vectorizes.
     bytes.chunks(192).map(|c| u64::from(c.iter().map(|&b| u8::from(b == b'\n')).sum::<u8>())).sum()
@@ -122,8 +90,9 @@ mod tests {
         assert_eq!(leading_records(bytes), plain);
         let blocks = plain.0 / 32 * 32;
         let of_blocks = plainly(&bytes[..blocks * RECORD]);
-        assert_eq!(portable(bytes), of_blocks);
-        assert_eq!(full_periods(bytes), of_blocks);
+        for level in Level::ALL {
+            assert_eq!(level.dispatch(FullPeriods(bytes)), of_blocks, "{level:?}");
+        }
     }
 
     #[test]
@@ -143,7 +112,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_twins_read_as_plain_reading_does(
+        fn every_level_reads_as_plain_reading_does(
             records in prop::collection::vec(any::<[u8; 8]>(), 0..150),
             lf in prop::collection::vec(any::<prop::sample::Index>(), 0..40),
             damage in prop::option::of((any::<prop::sample::Index>(), any::<u8>())),

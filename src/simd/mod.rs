@@ -16,6 +16,8 @@ pub mod allocator;
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+#[cfg(target_arch = "x86_64")]
+pub mod bytes;
 mod fill;
 mod level;
 mod portable;

@@ -6,25 +6,35 @@
 //! then pairs of pairs by 100 and 1.
 
 use super::WINDOW;
-use std::arch::x86_64::*;
+use crate::simd::bytes::{Avx2Bytes, ByteKernel};
 
-/// Returns whether the CPU has the features that this file needs.
-#[inline]
-pub fn is_there() -> bool {
-    is_x86_feature_detected!("avx2") && is_x86_feature_detected!("bmi1")
+/// Reads lines from the start of the bytes on, at most `most`, up to the last window; returns the
+/// bytes and lines read.
+pub struct PixelLines<'b, 'f, F> {
+    pub bytes: &'b [u8],
+    pub most: u64,
+    pub each: &'f mut F,
 }
 
-/// Reads lines from the start of `bytes` on, at most `most`, up to the last window; returns the
-/// bytes and lines read.
-#[inline]
-#[target_feature(enable = "avx2,bmi1")]
-pub fn pixel_lines(bytes: &[u8], most: u64, each: &mut impl FnMut(u16, u16, [u8; 4])) -> (usize, u64) {
-    super::runs!(
-        bytes,
-        most,
-        each,
-        [line::<6, 1>, line::<8, 1>, line::<2, 1>, line::<6, 2>, line::<8, 2>, line::<2, 2>]
-    )
+impl<F: FnMut(u16, u16, [u8; 4])> ByteKernel<Avx2Bytes> for PixelLines<'_, '_, F> {
+    type Output = (usize, u64);
+
+    #[inline(always)]
+    fn run(self, v: Avx2Bytes) -> (usize, u64) {
+        super::runs!(
+            self.bytes,
+            self.most,
+            self.each,
+            [
+                |window| line::<6, 1>(v, window),
+                |window| line::<8, 1>(v, window),
+                |window| line::<2, 1>(v, window),
+                |window| line::<6, 2>(v, window),
+                |window| line::<8, 2>(v, window),
+                |window| line::<2, 2>(v, window)
+            ]
+        )
+    }
 }
 
 /// Shuffles for blanks at byte a and byte b of `x y c`: positions of the digits of x and y, the
@@ -54,12 +64,14 @@ static SHUFFLES: [[[u8; 16]; 16]; 16] = {
 
 /// Reads one line: x, y, colour of `DIGITS` hex digits, and the line's length in bytes with its
 /// `ENDS` bytes of LF or CR LF.
-#[inline]
-#[target_feature(enable = "avx2,bmi1")]
-fn line<const DIGITS: usize, const ENDS: usize>(window: &[u8; WINDOW]) -> Option<(u16, u16, [u8; 4], usize)> {
+#[inline(always)]
+fn line<const DIGITS: usize, const ENDS: usize>(
+    v: Avx2Bytes,
+    window: &[u8; WINDOW],
+) -> Option<(u16, u16, [u8; 4], usize)> {
     const VERB: u32 = u32::from_le_bytes(*b"PX \0");
-    let words = load(window, 3);
-    let blanks = _mm_movemask_epi8(_mm_cmpeq_epi8(words, _mm_set1_epi8(b' ' as i8))) as u32;
+    let words = v.load(window[3..].first_chunk()?);
+    let blanks = v._mm_movemask_epi8(v._mm_cmpeq_epi8(words, v._mm_set1_epi8(b' ' as i8))) as u32;
     // Two bits beyond, so that there are always two.
     let blanks = blanks & 0x3fff | 0xc000;
     let a = blanks.trailing_zeros() as usize;
@@ -73,47 +85,38 @@ fn line<const DIGITS: usize, const ENDS: usize>(window: &[u8; WINDOW]) -> Option
     if verb & 0xff_ffff != VERB || !ends {
         return None;
     }
-    let shuffle = load(&SHUFFLES[a][b], 0);
-    let numbers = _mm_shuffle_epi8(words, shuffle);
-    let numbers = _mm_or_si128(numbers, _mm_and_si128(shuffle, _mm_set1_epi8(b'0' as i8)));
+    let shuffle = v.load(&SHUFFLES[a][b]);
+    let numbers = v._mm_shuffle_epi8(words, shuffle);
+    let numbers = v._mm_or_si128(numbers, v._mm_and_si128(shuffle, v._mm_set1_epi8(b'0' as i8)));
     // Consecutive blanks put the end of a short colour nearer than that: such a line is not
     // accepted.
     let color = window.get(end.checked_sub(8)?..)?.first_chunk()?;
-    let color = _mm_cvtsi64_si128(i64::from_le_bytes(*color));
-    let digits = _mm_unpacklo_epi64(numbers, color);
+    let color = v._mm_cvtsi64_si128(i64::from_le_bytes(*color));
+    let digits = v._mm_unpacklo_epi64(numbers, color);
     // Decimal digits everywhere, letters in the colour alone: 0x80 moves all bytes of the numbers
     // out of the letters' range.
-    let decimal = _mm_sub_epi8(digits, _mm_set1_epi8(b'0' as i8));
-    let case = _mm_set_epi64x(0x2020_2020_2020_2020, 0x8080_8080_8080_8080_u64 as i64);
-    let letter = _mm_sub_epi8(_mm_or_si128(digits, case), _mm_set1_epi8(b'a' as i8));
-    let is_decimal = _mm_cmpeq_epi8(_mm_min_epu8(decimal, _mm_set1_epi8(9)), decimal);
-    let is_letter = _mm_cmpeq_epi8(_mm_min_epu8(letter, _mm_set1_epi8(5)), letter);
-    let good = _mm_movemask_epi8(_mm_or_si128(is_decimal, is_letter)) as u32;
+    let decimal = v._mm_sub_epi8(digits, v._mm_set1_epi8(b'0' as i8));
+    let case = v._mm_set_epi64x(0x2020_2020_2020_2020, 0x8080_8080_8080_8080_u64 as i64);
+    let letter = v._mm_sub_epi8(v._mm_or_si128(digits, case), v._mm_set1_epi8(b'a' as i8));
+    let is_decimal = v._mm_cmpeq_epi8(v._mm_min_epu8(decimal, v._mm_set1_epi8(9)), decimal);
+    let is_letter = v._mm_cmpeq_epi8(v._mm_min_epu8(letter, v._mm_set1_epi8(5)), letter);
+    let good = v._mm_movemask_epi8(v._mm_or_si128(is_decimal, is_letter)) as u32;
     // Bytes before a shorter colour are not checked here: the blank and digits of y, checked above.
     let needed = 0xffff << (16 - DIGITS) & 0xffff | 0xff;
     if good & needed != needed {
         return None;
     }
     // A decimal digit is far from a letter: the smaller of the two values is the right one.
-    let values = _mm_min_epu8(decimal, _mm_add_epi8(letter, _mm_set1_epi8(10)));
-    let weights = _mm_set_epi8(1, 16, 1, 16, 1, 16, 1, 16, 1, 10, 1, 10, 1, 10, 1, 10);
-    let pairs = _mm_maddubs_epi16(values, weights);
-    let places = _mm_madd_epi16(pairs, _mm_set_epi16(0, 0, 0, 0, 1, 100, 1, 100));
-    let places = _mm_cvtsi128_si64(places) as u64;
-    let color = _mm_extract_epi32::<1>(_mm_packus_epi16(pairs, pairs)) as u32;
+    let values = v._mm_min_epu8(decimal, v._mm_add_epi8(letter, v._mm_set1_epi8(10)));
+    let weights = v._mm_set_epi64x(0x0110_0110_0110_0110, 0x010a_010a_010a_010a);
+    let pairs = v._mm_maddubs_epi16(values, weights);
+    let places = v._mm_madd_epi16(pairs, v._mm_set_epi64x(0, 0x0001_0064_0001_0064));
+    let places = v._mm_cvtsi128_si64(places) as u64;
+    let color = v.second_dword(v._mm_packus_epi16(pairs, pairs));
     let color = match DIGITS {
         2 => (color >> 24).wrapping_mul(0x01_0101) | 0xff00_0000,
         6 => color >> 8 | 0xff00_0000,
         _ => color,
     };
     Some((places as u16, (places >> 32) as u16, color.to_le_bytes(), end + ENDS))
-}
-
-/// Loads sixteen bytes.
-#[inline]
-#[target_feature(enable = "avx2")]
-fn load<const N: usize>(bytes: &[u8; N], at: usize) -> __m128i {
-    let sixteen: &[u8; 16] = bytes[at..].first_chunk().expect("the callers' places are constants");
-    // SAFETY: the reference is to sixteen bytes, of any alignment.
-    unsafe { _mm_loadu_si128(sixteen.as_ptr().cast()) }
 }

@@ -10,10 +10,6 @@
 //! `avx2`, vectors of sixteen bytes where the CPU has AVX2, a line at a time; `avx512`, AVX-512,
 //! four lines at a time, which leaves what it does not accept to the others. The CPU is queried at
 //! each call, which costs a load.
-//!
-//! SAFETY: the unsafe code loads and stores vectors within slices, and calls functions whose CPU
-//! features were just found.
-#![allow(unsafe_code)]
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -22,6 +18,9 @@ mod avx512;
 mod portable;
 #[cfg(test)]
 mod tests;
+
+#[cfg(target_arch = "x86_64")]
+use crate::simd::bytes::{Avx2Bytes, Avx512Bytes};
 
 /// Decoded pixel: x and y as u16 little-endian, r, g, b, a.
 pub type Record = [u8; 8];
@@ -116,9 +115,8 @@ impl<F: FnMut(&[Record])> Batch<'_, F> {
 #[inline]
 fn full_windows(bytes: &[u8], most: u64, each: &mut impl FnMut(u16, u16, [u8; 4])) -> (usize, u64) {
     #[cfg(target_arch = "x86_64")]
-    if avx2::is_there() {
-        // SAFETY: the CPU was just found to have the features that the function needs.
-        return unsafe { avx2::pixel_lines(bytes, most, each) };
+    if let Some(read) = Avx2Bytes::run(avx2::PixelLines { bytes, most, each: &mut *each }) {
+        return read;
     }
     portable::pixel_lines(bytes, most, each)
 }
@@ -127,7 +125,7 @@ fn full_windows(bytes: &[u8], most: u64, each: &mut impl FnMut(u16, u16, [u8; 4]
 #[inline]
 fn is_wide(bytes: &[u8]) -> bool {
     #[cfg(target_arch = "x86_64")]
-    return bytes.len() >= avx512::LEAST_BYTES && avx512::is_there();
+    return bytes.len() >= avx512::LEAST_BYTES && Avx512Bytes::is_available();
     #[cfg(not(target_arch = "x86_64"))]
     return bytes.len() == usize::MAX;
 }
@@ -136,9 +134,8 @@ fn is_wide(bytes: &[u8]) -> bool {
 #[inline]
 fn read_by_four(bytes: &[u8], emit: &mut impl FnMut(&[Record])) -> (usize, u64) {
     #[cfg(target_arch = "x86_64")]
-    if avx512::is_there() {
-        // SAFETY: the CPU was just found to have the features that the function needs.
-        return unsafe { avx512::pixel_records(bytes, emit) };
+    if let Some(read) = Avx512Bytes::run(avx512::PixelRecords { bytes, emit: &mut *emit }) {
+        return read;
     }
     let _ = (bytes, emit);
     (0, 0)
@@ -156,7 +153,7 @@ macro_rules! runs {
                 while lines < most
                     && let Some(window) = rest.first_chunk::<{ super::WINDOW }>()
                 {
-                    let Some((x, y, color, length)) = $line(window) else { break };
+                    let Some((x, y, color, length)) = ($line)(window) else { break };
                     each(x, y, color);
                     lines += 1;
                     rest = &rest[length..];

@@ -27,8 +27,10 @@ fn portable(bytes: &[u8]) -> Heard {
 
 #[cfg(target_arch = "x86_64")]
 fn vectors(bytes: &[u8]) -> Option<Heard> {
-    // SAFETY: the CPU was just found to have the features that the function needs.
-    avx2::is_there().then(|| heard(|b, mut f| unsafe { avx2::pixel_lines(b, u64::MAX, &mut f) }, bytes))
+    let read = |bytes: &[u8], mut each: &mut dyn FnMut(u16, u16, [u8; 4])| {
+        Avx2Bytes::run(avx2::PixelLines { bytes, most: u64::MAX, each: &mut each }).expect("AVX2")
+    };
+    Avx2Bytes::is_available().then(|| heard(read, bytes))
 }
 
 #[cfg(not(target_arch = "x86_64"))]
@@ -38,8 +40,10 @@ fn vectors(_: &[u8]) -> Option<Heard> {
 
 #[cfg(target_arch = "x86_64")]
 fn wide(bytes: &[u8]) -> Option<Heard> {
-    // SAFETY: the CPU was just found to have the features that the function needs.
-    avx512::is_there().then(|| heard_records(|b, mut f| unsafe { avx512::pixel_records(b, &mut f) }, bytes))
+    let read = |bytes: &[u8], mut emit: &mut dyn FnMut(&[Record])| {
+        Avx512Bytes::run(avx512::PixelRecords { bytes, emit: &mut emit }).expect("AVX-512")
+    };
+    Avx512Bytes::is_available().then(|| heard_records(read, bytes))
 }
 
 #[cfg(not(target_arch = "x86_64"))]
