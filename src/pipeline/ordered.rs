@@ -54,6 +54,10 @@ struct PreparedFace<'a> {
 /// A face, or `None` if nothing of it is visible, and the statistics of preparing it.
 type PreparedFaceResult<'a> = (Option<PreparedFace<'a>>, DrawStats);
 
+/// Items of [`Preemption::without`](super::preemption::Preemption::without) as which the set-up of a
+/// face counts.
+const FACE_ITEMS: usize = 64;
+
 /// Number of faces below which the calling thread prepares them alone.
 const FEW_FACES: usize = 64;
 
@@ -113,24 +117,17 @@ pub(crate) fn draw_in_order(
         set_up_objects(&mut blended_setups, all, list, target);
     }
     for batch in list.chunks(BATCH).take_while(|_| !executor.is_cancelled()) {
-        let set_up = |&(object, triangle): &(usize, u32)| {
-            let mut own = DrawStats::default();
-            let prepared = &all[object];
-            let prepared_faces = prepared.assemble(triangle, &mut own).map(|face| {
-                let shade = prepared.shade(triangle, face.side, &mut own);
-                let bounds = prepared.bounds_of(triangle);
-                let blended_face = blended_setups
-                    .get(object)
-                    .and_then(|v| prepared.blended_face(v, triangle, &face, &shade));
-                PreparedFace { object, triangle, face, shade, bounds, blended_face }
-            });
-            (prepared_faces, own)
-        };
+        let set_up = |&face: &(usize, u32)| set_up_face(all, &blended_setups, face);
         prepared_faces.clear();
-        match pool.filter(|_| batch.len() >= FEW_FACES) {
-            None => prepared_faces.extend(batch.iter().map(set_up)),
-            Some(pool) => pool.install(|| batch.par_iter().map(set_up).collect_into_vec(&mut prepared_faces)),
-        }
+        // A large face is set up row by row.
+        preemption.without(target, batch.len() * FACE_ITEMS, || {
+            match pool.filter(|_| batch.len() >= FEW_FACES) {
+                None => prepared_faces.extend(batch.iter().map(set_up)),
+                Some(pool) => {
+                    pool.install(|| batch.par_iter().map(set_up).collect_into_vec(&mut prepared_faces))
+                }
+            }
+        });
         prepared_faces.iter().for_each(|(_, own)| *stats += *own);
         let faces = || prepared_faces.iter().filter_map(|(prepared_faces, _)| prepared_faces.as_ref());
         let Some(top) = faces().map(|f| f.bounds.y0).min() else { continue };
@@ -167,6 +164,24 @@ pub(crate) fn draw_in_order(
     lists.progress = progress;
     lists.prepared_faces = recycle(prepared_faces);
     lists.blended_setups = blended_setups;
+}
+
+/// Sets up a face of the list.
+fn set_up_face<'p>(
+    all: &'p [PreparedDraw],
+    blended_setups: &'p [BlendedSetup],
+    (object, triangle): (usize, u32),
+) -> PreparedFaceResult<'p> {
+    let mut own = DrawStats::default();
+    let prepared = &all[object];
+    let prepared_face = prepared.assemble(triangle, &mut own).map(|face| {
+        let shade = prepared.shade(triangle, face.side, &mut own);
+        let bounds = prepared.bounds_of(triangle);
+        let blended_face =
+            blended_setups.get(object).and_then(|v| prepared.blended_face(v, triangle, &face, &shade));
+        PreparedFace { object, triangle, face, shade, bounds, blended_face }
+    });
+    (prepared_face, own)
 }
 
 /// Sets up the objects of the list for the vector kernels, each once.
