@@ -1,7 +1,7 @@
 //! Clipping, seen by a second camera: the view volume of the first one is a frustum, and a triangle
 //! is cut at its six planes.
 //!
-//! White: the frustum. Red: the whole triangle. Green: the part that is left, found in clip space
+//! White: the frustum. Red: the triangle. Green: its part inside the frustum, cut in clip space
 //! before the division by w.
 
 mod common;

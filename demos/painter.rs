@@ -1,6 +1,6 @@
 //! A case in which the painter's algorithm fails and the z-buffer does not: three bars, each over
-//! the next and under the one before. No order of whole faces draws them; the z-buffer decides per
-//! pixel.
+//! the next and under the one before. No order of the bars draws them correctly; the z-buffer decides
+//! per pixel.
 
 mod common;
 

@@ -5,7 +5,7 @@
 //! 1/2) of its m steps along the minor one, so a tie stays on the major axis in the direction of
 //! travel. Everything is computed from k, so clipping costs two divisions and no loop.
 //!
-//! How one would know: the test walks lines in all octants with the midpoint variable.
+//! Verified by the test, which walks lines in all octants with the midpoint variable.
 
 use super::coverage::PixelRect;
 use std::ops::Range;

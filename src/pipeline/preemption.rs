@@ -15,7 +15,7 @@
 //!   of the pixels, binning) run while the owner has the target;
 //! - a draw without an owner pays one comparison at each point.
 //!
-//! One would know by the tests below, which preempt draws of every path at each of their points,
+//! Verified by the tests below, which preempt draws of every path at each of their points,
 //! and by those of `tests/serving/preemption.rs`, where others are served meanwhile.
 
 use super::draw_call::Target;

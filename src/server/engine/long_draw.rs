@@ -16,7 +16,7 @@
 //!   more; it then ends within the time of one unit of work.
 //! - There is at most one long draw at a time, as there is one command in pieces.
 //!
-//! One would know by `tests/serving/preemption.rs`: others' replies before the draw's end, and the
+//! Verified by `tests/serving/preemption.rs`: others' replies before the draw's end, and the
 //! bytes of draws with and without interruption, live and replayed.
 
 use super::Engine;
