@@ -7,10 +7,10 @@ mod make;
 use super::{Status, output, say, say_as_program};
 use crate::executor::Executor;
 use crate::eye::{EyeScene, Fibre, plan, render_with};
+use crate::server::worker_pool;
 use clap::Args;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 /// See a scene of N dimensions on a screen of M.
 #[derive(Debug, Args)]
@@ -104,10 +104,7 @@ impl Refusal {
 /// Creates the executor: a thread pool, or the calling thread if one is requested or no more are
 /// available.
 pub(super) fn pool(threads: Option<u16>) -> Executor {
-    let count =
-        threads.map_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get()), usize::from);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build().ok();
-    Executor::of_pool(pool.filter(|_| count > 1).map(Arc::new))
+    Executor::of_pool(worker_pool(threads.map(usize::from)))
 }
 
 fn read_scene(path: &Path) -> Result<EyeScene, Refusal> {
