@@ -182,6 +182,10 @@ fn memory(verb: &str, w: &mut Words) -> Option<&'static str> {
                 return Some("PX");
             }
             w.color();
+            if w.line.ends_with(' ') {
+                // The invalid colour was an empty word, and without a colour PX is a query.
+                return Some("PX");
+            }
         }
         "OFFSET" => {
             w.wholes(2);
