@@ -1,8 +1,9 @@
 //! Binning of fragments into tiles: most vectors of faces lie in one tile, some in two or four.
 
-use super::bins::{Chunk, Grid};
+use super::bins::Chunk;
 use super::fragments::Fragments;
-use super::raster::NO_FACE;
+use super::grid::Grid;
+use super::tile_buffers::NO_FACE;
 use crate::simd::{I32, Mask, Simd};
 
 /// Adds fragments to the tiles that they lie in. `tiles` holds the first column and row, then the

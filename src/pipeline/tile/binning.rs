@@ -9,13 +9,15 @@
 //!
 //! Verified by tests/allocations/draw_memory.rs, which measures the memory that draws hold.
 
-use super::bins::{self, Chunk, Grid, ListBytes};
+use super::bins::{self, Bin, Chunk};
 use super::clusters::{ClusterKernel, CullView};
 use super::depth_f64::DepthVertexKernel;
 use super::exact_faces::ExactFace;
+use super::grid::Grid;
+use super::list_bytes::ListBytes;
 use super::setup::SetupKernel;
 use super::vertex::{Projector, VertexKernel, WIDTH};
-use super::{ClipRect, DepthF64, DrawJob, Scratch};
+use super::{DepthF64, DrawJob, Scratch};
 use crate::executor::Executor;
 use crate::pipeline::draw_call::DrawStats;
 use crate::pipeline::indexed_mesh::{CLUSTER_FACES, chunk_faces};
@@ -30,8 +32,8 @@ const CHUNK_VERTICES: usize = 4096;
 const CHUNK_CLUSTERS: usize = 2048;
 
 /// Returns the bytes of the empty bins of all tiles of a frame of this size.
-pub(crate) fn grid_bytes((width, height): (usize, usize)) -> usize {
-    Grid::new(&ClipRect { x0: 0, y0: 0, x1: width as i32, y1: height as i32 }, width).bytes()
+pub(crate) fn grid_bytes(size: (usize, usize)) -> usize {
+    Bin::grid_bytes(&Grid::of_frame(size))
 }
 
 /// Estimates the bytes of the tiles' lists for a mesh of `faces` faces of which `kept` are drawn,
@@ -69,11 +71,11 @@ pub(crate) fn list_bound(bytes: u64, threads: u64, size: (usize, usize)) -> Opti
 
 /// Returns the bytes of a chunk's lists for all tiles of a frame before a face is added, and of the
 /// room that vectors write beyond their count.
-fn empty_chunk_bytes((width, height): (usize, usize)) -> u64 {
-    let grid = Grid::new(&ClipRect { x0: 0, y0: 0, x1: width as i32, y1: height as i32 }, width);
+fn empty_chunk_bytes(size: (usize, usize)) -> u64 {
+    let grid = Grid::of_frame(size);
     let entry = size_of::<bins::Larger>() + size_of::<bins::Small>();
     let room = 2 * 16 * (size_of::<bins::TinyWords>() + 12) + 4 * entry;
-    (grid.bytes() + grid.columns * grid.rows * room + 4 * size_of::<ExactFace>()) as u64
+    (Bin::grid_bytes(&grid) + grid.columns * grid.rows * room + 4 * size_of::<ExactFace>()) as u64
 }
 
 /// Upper bound on the tiles that a small face reaches: it is narrower than two tile columns and
@@ -81,8 +83,8 @@ fn empty_chunk_bytes((width, height): (usize, usize)) -> u64 {
 const SMALL_TILES: usize = 2 * 3;
 
 /// Returns the bytes of the lists for `faces` faces, each of them in all tiles.
-fn waiting_bytes(faces: u64, (width, height): (usize, usize)) -> u64 {
-    let grid = Grid::new(&ClipRect { x0: 0, y0: 0, x1: width as i32, y1: height as i32 }, width);
+fn waiting_bytes(faces: u64, size: (usize, usize)) -> u64 {
+    let grid = Grid::of_frame(size);
     let places = grid.columns * grid.rows * size_of::<bins::Larger>();
     let own = size_of::<ExactFace>() + SMALL_TILES * size_of::<bins::Small>();
     (2 * faces).saturating_mul((places + own) as u64)
@@ -194,7 +196,7 @@ impl Binning {
         let (first_face, end) = (self.next, (self.next + self.piece).min(faces));
         let grid = self.grid;
         // Empty lists take memory, too: a chunk has one for each tile.
-        let most_chunks = (scratch.list_bytes / 4 / grid.bytes().max(1)).max(1);
+        let most_chunks = (scratch.list_bytes / 4 / Bin::grid_bytes(&grid).max(1)).max(1);
         let chunk_faces = chunk_faces(end - first_face)
             .max((end - first_face).div_ceil(most_chunks).next_multiple_of(CLUSTER_FACES));
         let chunk_count = (end - first_face).div_ceil(chunk_faces);

@@ -1,62 +1,17 @@
-//! Bins: per-tile lists of faces that are set up, and the grid of tiles.
+//! Bins: per-tile lists of faces that are set up.
 
 use super::exact_faces::ExactFace;
 use super::fragments::{FragmentList, Fragments};
-use crate::memory::DEPTH_CELL;
+use super::grid::Grid;
+use super::list_bytes::ListBytes;
 use crate::pipeline::draw_call::DrawStats;
 use crate::simd::Simd;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-/// Shared counter of the capacity, in bytes, of the lists of all chunks of a draw. It is updated
-/// when a list grows, which is rare, from any thread.
-#[derive(Clone, Debug, Default)]
-pub struct ListBytes(Arc<AtomicUsize>);
+/// Largest side in pixels of a box whose edge functions are exact in i32: 2 * (64 * 256)^2 < 2^31.
+pub const SMALL_SIDE: i32 = 62;
 
-impl ListBytes {
-    /// Returns the capacity in bytes.
-    #[inline(always)]
-    pub fn get(&self) -> usize {
-        self.0.load(Relaxed)
-    }
-
-    /// Counts a list that has grown from a capacity of `before` items to `after`.
-    fn grew<T>(&self, before: usize, after: usize) {
-        self.0.fetch_add((after - before) * size_of::<T>(), Relaxed);
-    }
-
-    /// Resets the count, once all lists are freed.
-    pub fn clear(&self) {
-        self.0.store(0, Relaxed);
-    }
-
-    /// Extends `list` to `least` items with copies of `value`.
-    #[cold]
-    #[inline(never)]
-    pub fn lengthen<T: Copy>(&self, list: &mut Vec<T>, least: usize, value: T) {
-        let before = list.capacity();
-        list.resize(least, value);
-        self.grew::<T>(before, list.capacity());
-    }
-
-    /// Appends an item to `list`.
-    #[inline(always)]
-    pub fn push<T>(&self, list: &mut Vec<T>, item: T) {
-        if list.len() == list.capacity() {
-            self.make_room(list);
-        }
-        list.push(item);
-    }
-
-    /// Grows a full list, and counts its new capacity.
-    #[cold]
-    #[inline(never)]
-    fn make_room<T>(&self, list: &mut Vec<T>) {
-        let before = list.capacity();
-        list.reserve(1);
-        self.grew::<T>(before, list.capacity());
-    }
-}
+/// Largest side in pixels of a face whose coverage is a word of bits.
+pub const TINY_SIDE: i32 = 8;
 
 /// Face of at most 8x8 pixels.
 #[derive(Clone, Copy, Debug)]
@@ -202,82 +157,6 @@ pub enum Winding {
     Both,
 }
 
-/// Rectangle of pixels that may be drawn, half-open.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ClipRect {
-    /// Left column.
-    pub x0: i32,
-    /// Top row.
-    pub y0: i32,
-    /// One beyond the right column.
-    pub x1: i32,
-    /// One beyond the bottom row.
-    pub y1: i32,
-}
-
-/// Division of the clip rectangle into tiles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Grid {
-    /// Number of tiles side by side, at least 1.
-    pub columns: usize,
-    /// Number of rows of tiles.
-    pub rows: usize,
-    /// First pixel row of the first row of tiles.
-    pub y0: i32,
-    /// Width of the frame in pixels, where the last tile of a row ends.
-    pub width: i32,
-}
-
-impl Grid {
-    /// Columns of a tile, equal to those of a cell of depth memory; the last tile of a row has
-    /// fewer than twice as many.
-    pub const TILE_COLUMNS: i32 = DEPTH_CELL as i32;
-    /// Pixel rows of a tile.
-    pub const TILE_ROWS: i32 = 32;
-
-    /// Creates the grid of a clip rectangle in a frame of `width` pixels.
-    pub fn new(view: &ClipRect, width: usize) -> Self {
-        Grid {
-            columns: (width / Self::TILE_COLUMNS as usize).max(1),
-            rows: ((view.y1 - view.y0).max(0) as usize).div_ceil(Self::TILE_ROWS as usize),
-            y0: view.y0,
-            width: width as i32,
-        }
-    }
-
-    /// Returns the bytes of an empty bin for each tile, and of its entry in the list of reached
-    /// tiles.
-    pub fn bytes(&self) -> usize {
-        self.columns * self.rows * (size_of::<Bin>() + 2 * size_of::<u32>())
-    }
-
-    /// Returns the tiles that non-empty half-open bounds reach: first column and row, last column
-    /// and row.
-    #[inline(always)]
-    pub fn tiles_of(&self, [x0, y0, x1, y1]: [i32; 4]) -> [usize; 4] {
-        [self.column_of(x0), self.row_of(y0), self.column_of(x1 - 1), self.row_of(y1 - 1)]
-    }
-
-    /// Returns the tile column of a pixel column.
-    #[inline(always)]
-    fn column_of(&self, x: i32) -> usize {
-        ((x / Self::TILE_COLUMNS) as usize).min(self.columns - 1)
-    }
-
-    /// Returns the tile row of a pixel row.
-    #[inline(always)]
-    fn row_of(&self, y: i32) -> usize {
-        ((y - self.y0) / Self::TILE_ROWS) as usize
-    }
-
-    /// Returns the pixel columns of a tile column.
-    pub fn pixels_of(&self, column: usize) -> std::ops::Range<i32> {
-        let end =
-            if column + 1 == self.columns { self.width } else { (column as i32 + 1) * Self::TILE_COLUMNS };
-        column as i32 * Self::TILE_COLUMNS..end
-    }
-}
-
 /// Faces of a chunk in one tile. Each tile has copies of its own, so that it reads them
 /// sequentially.
 #[derive(Debug)]
@@ -297,6 +176,12 @@ pub struct Bin {
 impl Bin {
     /// Empty bounds.
     pub const NOTHING: [i16; 4] = [i16::MAX, i16::MAX, 0, 0];
+
+    /// Returns the bytes of an empty bin for each tile of a grid, and of its entry in the list of
+    /// reached tiles.
+    pub fn grid_bytes(grid: &Grid) -> usize {
+        grid.columns * grid.rows * (size_of::<Bin>() + 2 * size_of::<u32>())
+    }
 
     /// Returns whether no face reaches the tile.
     #[inline(always)]
@@ -357,7 +242,7 @@ impl Chunk {
     /// Prepares for a draw over `tiles` tiles: empties the lists and reuses their allocations. The
     /// lists are counted in `bytes`, which is one counter from draw to draw.
     pub fn reset(&mut self, tiles: usize, bytes: &ListBytes) {
-        if !Arc::ptr_eq(&self.bytes.0, &bytes.0) {
+        if !self.bytes.is_same(bytes) {
             self.bytes = bytes.clone();
         }
         self.done = 0;

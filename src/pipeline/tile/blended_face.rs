@@ -7,12 +7,13 @@
 //! accumulate over layers. Depth is tested, and written by opaque faces, as everywhere in the tile
 //! renderer.
 
-use super::bins::ClipRect;
 use super::blended_texture::BlendedTexture;
-use super::depth_f64::{self, DepthEncoder};
+use super::depth_f64::{DepthEncoder, F64Depth};
+use super::depth_test::{DepthTest, F32Depth};
 use super::exact_faces::{self, ExactFace};
 use super::fog::FogParams;
 use super::lighting::{MaterialLighting, V3, dot, light, scale, splat3};
+use crate::math::coverage::PixelRect;
 use crate::simd::{F32, I32, Kernel, Mask, Simd};
 
 /// Two parts of a colour: the one that vertex colours multiply, and the rest.
@@ -66,7 +67,7 @@ pub struct BlendedFaceKernel<'a, 'b> {
     /// Face to draw.
     pub blended_face: &'a BlendedFace<'a>,
     /// Pixels that may be drawn, all within the rows of the buffers.
-    pub view: ClipRect,
+    pub view: PixelRect,
     /// First row of the buffers.
     pub y0: i32,
     /// Width of a row in pixels.
@@ -123,12 +124,7 @@ impl Kernel for BlendedFaceKernel<'_, '_> {
             while next_row < bottom {
                 let until = (next_row + SPANS as i32).min(bottom);
                 let mut count = 0;
-                let clip = crate::math::coverage::PixelRect {
-                    x0: self.view.x0,
-                    y0: next_row,
-                    x1: self.view.x1,
-                    y1: until,
-                };
+                let clip = PixelRect { y0: next_row, y1: until, ..self.view };
                 outline.for_each_span(clip, |y, span| {
                     spans[count] = (y, span);
                     count += 1;
@@ -166,23 +162,13 @@ impl BlendedFaceKernel<'_, '_> {
             let mut passes = s.mask((u32::MAX << from) & (((1u64 << to) - 1) as u32));
             let at = row_start + start as usize;
             x = start + lanes;
-            if let Some(encoder) = self.encoder {
-                passes = passes & self.depth_test_f64(s, &encoder, (start, y), passes, at);
-            } else if !self.depth.is_empty() || !blended_face.exact_face.is_between {
-                let z = exact_faces::depths(s, &blended_face.exact_face, start, y);
-                if !blended_face.exact_face.is_between {
-                    passes =
-                        passes & exact_faces::between_near_and_far(s, &blended_face.exact_face, z, start, y);
+            passes = match self.encoder {
+                None => self.depth_test(s, &F32Depth, (start, y), passes, at),
+                Some(encoder) => {
+                    let test = F64Depth { encoder, corners: &[], vertices: &[] };
+                    self.depth_test(s, &test, (start, y), passes, at)
                 }
-                if !self.depth.is_empty() {
-                    let z = z.max(s.splat(0.0)).bits();
-                    let depth = &mut self.depth[at..at + S::LANES];
-                    passes = passes & s.load_i(depth).gt(z);
-                    if !blended_face.is_transparent {
-                        s.store_masked_i(passes, z, depth);
-                    }
-                }
-            }
+            };
             if !passes.any() {
                 continue;
             }
@@ -207,36 +193,41 @@ impl BlendedFaceKernel<'_, '_> {
         written
     }
 
-    /// Tests depth in f64 at LANES pixels from `(x, y)` on, whose words begin at `at`; writes it
-    /// for opaque faces. Returns the lanes that pass.
+    /// Tests depth at LANES pixels from `(x, y)` on, whose words begin at `at`; writes it for opaque
+    /// faces. Returns the lanes of `mask` that pass.
     #[inline(always)]
-    fn depth_test_f64<S: Simd>(
+    fn depth_test<S: Simd, D: DepthTest>(
         &mut self,
         s: S,
-        encoder: &DepthEncoder,
+        test: &D,
         (x, y): (i32, i32),
         mask: S::M,
         at: usize,
     ) -> S::M {
-        let blended_face = self.blended_face;
-        let (word, inside) = depth_f64::exact_words(s, encoder, &blended_face.exact_face, x, y);
-        let mut old = [0i32; 16];
-        match self.narrow.is_empty() {
-            true => old[..S::LANES].copy_from_slice(&self.depth[at..at + S::LANES]),
-            false => {
-                let narrow = &self.narrow[at..at + S::LANES];
-                old.iter_mut().zip(narrow).for_each(|(old, word)| *old = i32::from(*word));
-            }
+        let BlendedFace { exact_face, is_transparent, .. } = self.blended_face;
+        let has_depth = !(self.depth.is_empty() && self.narrow.is_empty());
+        if exact_face.is_between && !has_depth {
+            return mask;
         }
-        let passes = mask & inside & encoder.is_nearer(s, word, s.load_i(&old[..S::LANES]));
-        if !blended_face.is_transparent {
-            match self.narrow.is_empty() {
-                true => s.store_masked_i(passes, word, &mut self.depth[at..at + S::LANES]),
-                false => {
-                    s.store_masked_i(passes, word, &mut old[..S::LANES]);
-                    let narrow = &mut self.narrow[at..at + S::LANES];
-                    narrow.iter_mut().zip(old).for_each(|(to, word)| *to = word as u16);
-                }
+        let (word, passes) = match exact_face.is_between {
+            true => (test.exact_words(s, exact_face, x, y), mask),
+            false => test.clipped_words(s, exact_face, x, y),
+        };
+        let mut passes = passes & mask;
+        if !self.depth.is_empty() {
+            let words = &mut self.depth[at..at + S::LANES];
+            passes = passes & test.is_nearer(s, word, s.load_i(words));
+            if !is_transparent {
+                s.store_masked_i(passes, word, words);
+            }
+        } else if has_depth {
+            let narrow = &mut self.narrow[at..at + S::LANES];
+            let mut words = [0i32; 16];
+            words.iter_mut().zip(&*narrow).for_each(|(word, narrow)| *word = i32::from(*narrow));
+            passes = passes & test.is_nearer(s, word, s.load_i(&words[..S::LANES]));
+            if !is_transparent {
+                s.store_masked_i(passes, word, &mut words[..S::LANES]);
+                narrow.iter_mut().zip(words).for_each(|(narrow, word)| *narrow = word as u16);
             }
         }
         passes

@@ -16,8 +16,9 @@
 //!
 //! Verified by `tests`, which compare every face of a culled cluster with the set-up of single faces.
 
-use super::bins::{ClipRect, Winding};
+use super::bins::Winding;
 use super::vertex::{ROUNDINGS, ToScreen, WIDTH};
+use crate::math::coverage::PixelRect;
 use crate::pipeline::indexed_mesh::Clusters;
 use crate::simd::{Kernel, Simd};
 use glam::{DMat4, DVec4};
@@ -71,7 +72,7 @@ impl CullView {
         to_view: &DMat4,
         farthest: [f64; 3],
         complement: [f64; 4],
-        view: &ClipRect,
+        view: &PixelRect,
         winding: Winding,
     ) -> Self {
         let back = to_view.transpose();

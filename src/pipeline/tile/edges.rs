@@ -3,8 +3,7 @@
 //! Helpers are functions marked for inlining, not closures: a closure would be compiled without the
 //! level's instructions.
 
-use super::bins::Small;
-use super::setup::TINY_SIDE;
+use super::bins::{Small, TINY_SIDE};
 use crate::simd::{F32, I32, Mask, Simd};
 use std::ops::Range;
 
@@ -119,6 +118,12 @@ pub(super) fn ones<S: Simd>(s: S, word: S::I) -> S::I {
     let bytes = (word + word.shr::<4>()) & eights;
     let halves = bytes + bytes.shr::<8>();
     (halves + halves.shr::<16>()) & s.splat_i(0x3f)
+}
+
+/// Returns the number of set lanes.
+#[inline(always)]
+pub(super) fn count_of<S: Simd>(mask: S::M) -> u64 {
+    mask.bits().count_ones() as u64
 }
 
 /// Returns the least and the greatest of three vectors, lane by lane.

@@ -5,17 +5,15 @@
 //! Along a row both are evaluated in f64 at the first column of each run of 16 columns and in f32
 //! from there, so the values do not depend on the vector width.
 
-use super::bins::Grid;
-use super::raster::{Tile, write};
-use crate::math::coverage::{Filling, PixelRect, SnappedTriangle};
+use crate::math::coverage::{PixelRect, SnappedTriangle};
 use crate::pipeline::plane_equation::PlaneEquation;
 use crate::simd::{F32, I32, Mask, Simd};
 
 /// Columns that share a base value in f64.
-const RUN: i32 = 16;
+pub(super) const RUN: i32 = 16;
 
 /// Depth slope per column above which depth is evaluated in f64 at every pixel.
-const STEEP: f64 = 1.0 / 64.0;
+pub(super) const STEEP: f64 = 1.0 / 64.0;
 
 /// Distance from 0 and from 1 within which rounding may put a depth in f32 on the wrong side.
 const DEPTH_ROUNDING: f32 = 1e-6;
@@ -53,200 +51,6 @@ pub struct ExactFace {
     pub is_normal_flipped: bool,
 }
 
-/// Row and columns of a span.
-pub(super) type Span = (i32, std::ops::Range<i32>);
-
-/// Number of spans listed before they are drawn: a closure would be compiled without the level's
-/// instructions.
-pub(super) const SPANS: usize = Grid::TILE_ROWS as usize;
-
-/// Draws a face in a tile; returns the fragments tested and passed.
-#[inline(always)]
-pub fn draw<S: Simd>(s: S, exact_face: &ExactFace, tile: &mut Tile<'_>) -> (u64, u64) {
-    let (mut tested, mut passed) = (0, 0);
-    let mut spans: [Span; SPANS] = [const { (0, 0..0) }; SPANS];
-    let b = exact_face.bounds;
-    let clip = PixelRect {
-        x0: b.x0.max(tile.x0),
-        y0: b.y0.max(tile.y0),
-        x1: b.x1.min(tile.x1),
-        y1: b.y1.min(tile.y1),
-    };
-    for outline in exact_face.outlines.iter().flatten() {
-        let count = spans_of(outline, clip, &mut spans);
-        for (y, span) in &spans[..count] {
-            tested += span.len() as u64;
-            passed += row(s, exact_face, *y, span.clone(), tile);
-        }
-    }
-    (tested, passed)
-}
-
-/// Largest number of faces that are drawn together over a whole tile.
-pub const MOST_STACKED: usize = 24;
-
-/// Returns how much of the tile the face covers, as far as [`stack`] can draw it: `All` requires
-/// depths between near and far, too, and a slope that is small enough for f32.
-#[inline(always)]
-pub fn filling(exact_face: &ExactFace, tile: &Tile<'_>) -> Filling {
-    match tile_filling(exact_face, tile) {
-        Filling::All if tile.depth.is_empty() || exact_face.plane.z[1].abs() > STEEP => Filling::Part,
-        filling => filling,
-    }
-}
-
-/// Returns how much of the tile the face covers: `All` requires depths between near and far, and
-/// whole vectors.
-#[inline(always)]
-pub(super) fn tile_filling(exact_face: &ExactFace, tile: &Tile<'_>) -> Filling {
-    let [Some(outline), None] = &exact_face.outlines else { return Filling::Part };
-    let b = exact_face.bounds;
-    let clip = PixelRect { x0: tile.x0, y0: tile.y0, x1: tile.x1, y1: tile.y1 };
-    let holds = b.x0 <= clip.x0 && b.x1 >= clip.x1 && b.y0 <= clip.y0 && b.y1 >= clip.y1;
-    let is_even = (clip.x0 | clip.x1) & (RUN - 1) == 0;
-    match outline.filling(clip) {
-        Filling::All if !(holds && is_even && exact_face.is_between) => Filling::Part,
-        filling => filling,
-    }
-}
-
-/// Draws faces that fill the tile, in order, and returns how many fragments passed. A pixel's depth
-/// and face stay in registers until all faces are tested.
-#[inline(always)]
-pub fn stack<S: Simd>(s: S, faces: &[&ExactFace], tile: &mut Tile<'_>) -> u64 {
-    let count = faces.len().min(MOST_STACKED);
-    let faces = &faces[..count];
-    let (x0, width) = (tile.x0, (tile.x1 - tile.x0) as usize);
-    let mut ids = [0; MOST_STACKED];
-    // Bounds as `depths` and its callers apply them; + 0.0 makes a zero positive, as its bits have
-    // to be.
-    let (mut low, mut high, mut slope) = ([0f32; MOST_STACKED], [0f32; MOST_STACKED], [0f32; MOST_STACKED]);
-    let mut is_level = true;
-    for (i, face) in faces.iter().enumerate() {
-        ids[i] = face.face as i32 | super::resolve::EXACT_FACE_BIT;
-        low[i] = face.z_range[0].max(0.0) + 0.0;
-        high[i] = face.z_range[1].max(0.0) + 0.0;
-        slope[i] = face.plane.z[1] as f32;
-        is_level &= face.plane.z[1] == 0.0;
-    }
-    let mut passed = 0;
-    for y in tile.y0..tile.y1 {
-        let (at, depth_at) = (tile.id_at(x0, y), tile.depth_at(x0, y));
-        let row_ids = &mut tile.ids[at..at + width];
-        let row_depth = &mut tile.depth[depth_at..depth_at + width];
-        let mut base = [0f32; MOST_STACKED];
-        let mut level = [0i32; MOST_STACKED];
-        if is_level {
-            for (i, face) in faces.iter().enumerate() {
-                let z = face.plane.z_at(x0, y) as f32;
-                level[i] = clamp(z, low[i], high[i]).to_bits() as i32;
-            }
-        }
-        let mut column = 0;
-        while column < width {
-            let old = &mut row_depth[column..column + S::LANES];
-            let own = &mut row_ids[column..column + S::LANES];
-            let (mut z, mut id) = (s.load_i(old), s.load_i(own));
-            if is_level {
-                let mut i = 0;
-                while i < count {
-                    let new = s.splat_i(level[i]);
-                    let passes = z.gt(new);
-                    (z, id) = (z.min(new), s.select_i(passes, s.splat_i(ids[i]), id));
-                    passed += passes.bits().count_ones() as u64;
-                    i += 1;
-                }
-            } else {
-                let in_run = column as i32 & (RUN - 1);
-                if in_run == 0 {
-                    for (i, face) in faces.iter().enumerate() {
-                        base[i] = face.plane.z_at(x0 + column as i32, y) as f32;
-                    }
-                }
-                let along = (s.iota() + s.splat_i(in_run)).to_f32();
-                let mut i = 0;
-                while i < count {
-                    let new = s.splat(base[i]) + s.splat(slope[i]) * along;
-                    let new = new.max(s.splat(low[i])).min(s.splat(high[i])).bits();
-                    let passes = z.gt(new);
-                    (z, id) = (z.min(new), s.select_i(passes, s.splat_i(ids[i]), id));
-                    passed += passes.bits().count_ones() as u64;
-                    i += 1;
-                }
-            }
-            s.store_i(z, old);
-            s.store_i(id, own);
-            column += S::LANES;
-        }
-    }
-    passed
-}
-
-/// Clamps like the vectors' `max` and `min`.
-#[inline(always)]
-fn clamp(z: f32, low: f32, high: f32) -> f32 {
-    let z = if z > low { z } else { low };
-    if z < high { z } else { high }
-}
-
-/// Lists the spans of an outline within `clip`; returns their number.
-pub(super) fn spans_of(outline: &SnappedTriangle, clip: PixelRect, spans: &mut [Span; SPANS]) -> usize {
-    let mut count = 0;
-    match outline.filling(clip) {
-        Filling::None => {}
-        Filling::All => {
-            while (count as i32) < clip.y1 - clip.y0 {
-                spans[count] = (clip.y0 + count as i32, clip.x0..clip.x1);
-                count += 1;
-            }
-        }
-        Filling::Part => outline.for_each_span(clip, |y, span| {
-            spans[count] = (y, span);
-            count += 1;
-        }),
-    }
-    count
-}
-
-/// Draws one span in vectors aligned to their width, the first and the last in part. Returns the
-/// fragments passed.
-#[inline(always)]
-fn row<S: Simd>(
-    s: S,
-    exact_face: &ExactFace,
-    y: i32,
-    span: std::ops::Range<i32>,
-    tile: &mut Tile<'_>,
-) -> u64 {
-    let lanes = S::LANES as i32;
-    // The last vector of a row that is no multiple of its width starts further left.
-    let last_whole = tile.x1 & !(lanes - 1);
-    let mut passed = 0;
-    let mut x = span.start;
-    while x < span.end {
-        let start = x & !(lanes - 1);
-        let is_whole = start == x && exact_face.is_between;
-        let until = span.end.min(last_whole) & !(lanes - 1);
-        if is_whole && until > start {
-            passed += full_run(s, exact_face, (start, y), (until - start) as usize, tile);
-            x = until;
-            continue;
-        }
-        let start = start.min(tile.x1 - lanes);
-        let z = depths(s, exact_face, start, y);
-        let (from, to) = (x - start, (span.end - start).min(lanes));
-        let mut inside = s.mask((u32::MAX << from) & (((1u64 << to) - 1) as u32));
-        if !exact_face.is_between {
-            inside = inside & between_near_and_far(s, exact_face, z, start, y);
-        }
-        let z = z.max(s.splat(0.0)).bits();
-        let id = s.splat_i(exact_face.face as i32 | super::resolve::EXACT_FACE_BIT);
-        passed += write(s, tile, (start, y), inside, z, id);
-        x = start + lanes;
-    }
-    passed
-}
-
 /// Returns where LANES pixels from (x, y) on, of depths `z`, lie between near (included) and far
 /// (excluded): as f64 says wherever f32 may be wrong.
 #[inline(always)]
@@ -267,45 +71,6 @@ pub(super) fn between_near_and_far<S: Simd>(s: S, exact_face: &ExactFace, z: S::
         bits = (bits & !(1 << lane)) | (u32::from(is_inside) << lane);
     }
     s.mask(bits)
-}
-
-/// Draws `count` columns from (x, y) on, all covered, in whole vectors. Returns the fragments
-/// passed.
-#[inline(always)]
-fn full_run<S: Simd>(
-    s: S,
-    exact_face: &ExactFace,
-    (x, y): (i32, i32),
-    count: usize,
-    tile: &mut Tile<'_>,
-) -> u64 {
-    let id = s.splat_i(exact_face.face as i32 | super::resolve::EXACT_FACE_BIT);
-    let (at, depth_at) = (tile.id_at(x, y), tile.depth_at(x, y));
-    let ids = &mut tile.ids[at..at + count];
-    let mut passed = 0;
-    if tile.depth.is_empty() {
-        for ids in ids.chunks_exact_mut(S::LANES) {
-            s.store_i(id, ids);
-        }
-        return count as u64;
-    }
-    let depth = &mut tile.depth[depth_at..depth_at + count];
-    let is_level = exact_face.plane.z[1] == 0.0;
-    let constant = depths(s, exact_face, x, y).max(s.splat(0.0)).bits();
-    let mut column = x;
-    for (depth, ids) in depth.chunks_exact_mut(S::LANES).zip(ids.chunks_exact_mut(S::LANES)) {
-        let z = match is_level {
-            true => constant,
-            false => depths(s, exact_face, column, y).max(s.splat(0.0)).bits(),
-        };
-        let old = s.load_i(depth);
-        let passes = old.gt(z);
-        s.store_i(s.select_i(passes, z, old), depth);
-        s.store_i(s.select_i(passes, id, s.load_i(ids)), ids);
-        passed += passes.bits().count_ones() as u64;
-        column += S::LANES as i32;
-    }
-    passed
 }
 
 /// Returns the depths at LANES pixels from (x, y) on, with values that depend neither on the vector

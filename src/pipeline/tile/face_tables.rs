@@ -8,9 +8,8 @@ use super::attribute_fetch::{Corners, Few, MOST_FEW, gather3, most_few};
 use super::exact_faces::{self, ExactFace};
 use super::interpolate::{Barycentrics, FragmentInputs, add};
 use super::lighting::{MaterialLighting, pack, splat3};
-use super::raster::NO_FACE;
-use super::resolve::EXACT_FACE_BIT;
 use super::shading_state::{ColorSource, Shading};
+use super::tile_buffers::{EXACT_FACE_BIT, NO_FACE};
 use super::vertex::ScreenVertex;
 use crate::simd::{F32, I32, Mask, Simd, prefetch};
 

@@ -5,10 +5,10 @@
 //! of their set-up. Promise: the decisions of the plain path, or a lane of `by_plain` where f32 and
 //! i32 do not reach. All functions are inlined into the kernel of [`super::setup`].
 
-use super::bins::{ClipRect, Winding};
-use super::edges::{bounds3, corner, coverage, edge, pixels, snapped, sort_corners};
-use super::setup::{SMALL_SIDE, TINY_SIDE, count_of};
+use super::bins::{SMALL_SIDE, TINY_SIDE, Winding};
+use super::edges::{bounds3, corner, count_of, coverage, edge, pixels, snapped, sort_corners};
 use super::vertex::{Outcode, ScreenVertex};
+use crate::math::coverage::PixelRect;
 use crate::pipeline::draw_call::DrawStats;
 use crate::simd::{F32, I32, Simd};
 
@@ -114,7 +114,7 @@ impl<S: Simd> FaceCorners<S> {
     /// Returns the faces that lie more than a pixel beyond a side of the clip rectangle, before
     /// near or beyond far.
     #[inline(always)]
-    fn is_outside(&self, s: S, view: &ClipRect) -> S::M {
+    fn is_outside(&self, s: S, view: &PixelRect) -> S::M {
         let [r0, r1, r2] = self.records;
         let (min_fx, max_fx) = bounds3::<S>(r0[0].bits(), r1[0].bits(), r2[0].bits());
         let (min_fy, max_fy) = bounds3::<S>(r0[1].bits(), r1[1].bits(), r2[1].bits());
@@ -128,7 +128,13 @@ impl<S: Simd> FaceCorners<S> {
 
     /// Decides what becomes of each face, and counts as the plain path does.
     #[inline(always)]
-    pub fn classify(&self, s: S, view: &ClipRect, winding: Winding, stats: &mut DrawStats) -> FaceClasses<S> {
+    pub fn classify(
+        &self,
+        s: S,
+        view: &PixelRect,
+        winding: Winding,
+        stats: &mut DrawStats,
+    ) -> FaceClasses<S> {
         let none = s.splat_i(0);
         let [r0, r1, r2] = self.records;
         // A screen vertex without 1/w can only be placed by the plain path.
@@ -177,7 +183,7 @@ impl<S: Simd> FaceCorners<S> {
 
     /// Returns the pixels of the clip rectangle that each face may cover.
     #[inline(always)]
-    pub fn pixel_boxes(&self, s: S, view: &ClipRect) -> PixelBoxes<S> {
+    pub fn pixel_boxes(&self, s: S, view: &PixelRect) -> PixelBoxes<S> {
         let ((min_x, max_x), (min_y, max_y)) = (self.x_range, self.y_range);
         // Centres lie at 128 mod 256: the first at or after the low side, the last at or before
         // the high one.

@@ -6,8 +6,8 @@
 //! coverage; a fragment lies in one tile only. Depth formats that are evaluated in f64 compute the
 //! depth from the face.
 
-use super::bins::ListBytes;
-use super::raster::NO_FACE;
+use super::list_bytes::ListBytes;
+use super::tile_buffers::NO_FACE;
 use crate::simd::{F32, I32, Mask, Simd};
 
 /// Vector of fragments, in file order of their faces.

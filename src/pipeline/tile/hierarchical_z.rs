@@ -11,10 +11,10 @@
 //! are drawn without the test.
 
 use super::bins::{BinEntry, Small, Tiny};
+use super::depth_test::F32Depth;
 use super::exact_faces::ExactFace;
-use super::raster::{ID_STRIDE, RasterKernel, Tile};
-use super::traverse::{FaceRaster, RasterStats, traverse};
-use crate::math::coverage::Filling;
+use super::tile_buffers::{ID_STRIDE, Tile};
+use super::traverse::{Occlusion, RasterKernel, RasterStats};
 use crate::simd::{I32, Kernel, Simd};
 
 /// Columns and rows of a cell in pixels.
@@ -22,7 +22,7 @@ const CELL: [i32; 2] = [16, 8];
 /// Number of cells in a row of a tile.
 const ROW: usize = ID_STRIDE / CELL[0] as usize;
 /// Number of cells of the largest tile.
-const CELLS: usize = ROW * (super::bins::Grid::TILE_ROWS / CELL[1]) as usize;
+const CELLS: usize = ROW * (super::grid::Grid::TILE_ROWS / CELL[1]) as usize;
 
 /// Bytes of one tile's cells, on the stack of each thread that draws.
 pub(crate) const HIERARCHICAL_Z_BYTES: u64 = size_of::<Cells>() as u64;
@@ -40,7 +40,7 @@ struct Cells {
 }
 
 /// Rasterizes the faces of one chunk in a tile, except hidden ones.
-pub struct HierarchicalZKernel<'a, 'b>(pub RasterKernel<'a, 'b>);
+pub(super) struct HierarchicalZKernel<'a, 'b>(pub RasterKernel<'a, 'b, F32Depth>);
 
 impl HierarchicalZKernel<'_, '_> {
     /// Returns whether a bin has enough faces for the test to pay.
@@ -54,72 +54,42 @@ impl Kernel for HierarchicalZKernel<'_, '_> {
     type Output = RasterStats;
 
     #[inline(always)]
-    fn run<S: Simd>(self, s: S) -> RasterStats {
-        let plain = self.0;
-        let cells = Cells::of(s, plain.tile);
-        traverse(s, plain.bin, plain.exact_faces, &mut HierarchicalZRaster { plain, cells, surveyed: 0 })
+    fn run<S: Simd>(mut self, s: S) -> RasterStats {
+        let cells = Cells::of(s, self.0.tile);
+        self.0.traverse(s, &mut HierarchicalZ { cells, surveyed: 0 })
     }
 }
 
-/// Raster that tests faces against a tile's cells first.
-struct HierarchicalZRaster<'a, 'b> {
-    plain: RasterKernel<'a, 'b>,
+/// Test of faces against a tile's cells.
+struct HierarchicalZ {
     cells: Cells,
     /// Number of fragments that had passed when the cells were computed.
     surveyed: u64,
 }
 
-impl FaceRaster for HierarchicalZRaster<'_, '_> {
+impl Occlusion for HierarchicalZ {
     #[inline(always)]
-    fn fragment(&mut self, fragment: [i32; 3]) -> bool {
-        self.plain.fragment(fragment)
+    fn hides_tiny(&self, tile: &Tile<'_>, face: &Tiny) -> bool {
+        self.cells.hide(tile, bounds_of_tiny(face), nearest_of_tiny(face))
     }
     #[inline(always)]
-    fn tiny<S: Simd>(&mut self, s: S, face: &Tiny) -> u64 {
-        self.plain.tiny(s, face)
+    fn hides_small(&self, tile: &Tile<'_>, face: &Small) -> bool {
+        self.cells.hide(tile, face.bounds.map(i32::from), nearest_of_small(face))
     }
     #[inline(always)]
-    fn small<S: Simd>(&mut self, s: S, face: &Small) -> (u64, u64) {
-        self.plain.small(s, face)
-    }
-    #[inline(always)]
-    fn exact_face<S: Simd>(&mut self, s: S, face: &ExactFace) -> (u64, u64) {
-        self.plain.exact_face(s, face)
-    }
-    #[inline(always)]
-    fn filling(&self, face: &ExactFace) -> Filling {
-        self.plain.filling(face)
-    }
-    #[inline(always)]
-    fn stack<S: Simd>(&mut self, s: S, faces: &[&ExactFace]) -> u64 {
-        self.plain.stack(s, faces)
-    }
-    #[inline(always)]
-    fn pixels(&self) -> u64 {
-        self.plain.pixels()
-    }
-    #[inline(always)]
-    fn hides_tiny(&self, face: &Tiny) -> bool {
-        self.cells.hide(self.plain.tile, bounds_of_tiny(face), nearest_of_tiny(face))
-    }
-    #[inline(always)]
-    fn hides_small(&self, face: &Small) -> bool {
-        self.cells.hide(self.plain.tile, face.bounds.map(i32::from), nearest_of_small(face))
-    }
-    #[inline(always)]
-    fn hides_exact(&self, face: &ExactFace) -> bool {
+    fn hides_exact(&self, tile: &Tile<'_>, face: &ExactFace) -> bool {
         let b = face.bounds;
         // Depths stay between those of the corners; a clipped face has no nearest depth.
-        self.cells.hide(self.plain.tile, [b.x0, b.y0, b.x1, b.y1], word(face.z_range[0]))
+        self.cells.hide(tile, [b.x0, b.y0, b.x1, b.y1], word(face.z_range[0]))
     }
     #[inline(always)]
     fn will_fill(&mut self, face: &ExactFace) {
         self.cells.lower(face);
     }
     #[inline(always)]
-    fn has_passed<S: Simd>(&mut self, s: S, passed: u64) {
-        if passed - self.surveyed > 2 * self.pixels() {
-            self.cells = Cells::of(s, self.plain.tile);
+    fn has_passed<S: Simd>(&mut self, s: S, tile: &Tile<'_>, passed: u64) {
+        if passed - self.surveyed > 2 * tile.pixels() {
+            self.cells = Cells::of(s, tile);
             self.surveyed = passed;
         }
     }

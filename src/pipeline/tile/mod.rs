@@ -21,15 +21,19 @@ mod blended_face;
 mod blended_texture;
 mod clusters;
 mod depth_f64;
+mod depth_test;
 mod edges;
 mod exact_faces;
+mod exact_raster;
 mod face_tables;
 mod face_vectors;
 mod fog;
 mod fragments;
+mod grid;
 mod hierarchical_z;
 mod interpolate;
 mod lighting;
+mod list_bytes;
 mod raster;
 mod resolve;
 mod sampler;
@@ -37,13 +41,14 @@ mod setup;
 mod shading_state;
 mod texel_fetch;
 mod texture_queue;
+mod tile_buffers;
 mod tile_rows;
 mod traverse;
 mod vertex;
 mod vertex_lighting;
 
 pub(crate) use binning::{Binned, Binning, LIST_BYTES, bin_bytes, grid_bytes, list_bound, worst_list_bytes};
-pub(crate) use bins::{ClipRect, ListBytes, Winding};
+pub(crate) use bins::Winding;
 pub(crate) use blended_face::{BlendedFace, BlendedFaceKernel, FaceLighting};
 pub(crate) use blended_texture::BlendedTexture;
 pub(crate) use depth_f64::DepthEncoder;
@@ -51,6 +56,7 @@ pub(crate) use exact_faces::ExactFace;
 pub(crate) use fog::FogParams;
 pub(crate) use hierarchical_z::HIERARCHICAL_Z_BYTES;
 pub(crate) use lighting::{Cone, Exponent, FastLight, LightPosition, MaterialLighting};
+pub(crate) use list_bytes::ListBytes;
 pub(crate) use sampler::TextureSampler;
 pub(crate) use shading_state::{ColorSource, Eye, MaterialBinding, Shading};
 pub(crate) use tile_rows::{BinnedDraw, Counts, RowProgress, TileRowBuffers, for_each_tile_row};
@@ -58,6 +64,7 @@ pub(crate) use vertex::{ScreenVertex, ToScreen};
 pub(crate) use vertex_lighting::VertexLightingKernel;
 
 use crate::executor::Executor;
+use crate::math::coverage::PixelRect;
 use crate::memory::DepthCells;
 use crate::pipeline::draw_call::{CoarseDepth, DrawStats};
 use crate::pipeline::indexed_mesh::IndexedMesh;
@@ -179,7 +186,7 @@ pub(crate) struct DrawJob<'a> {
     /// Windings that are drawn.
     pub winding: Winding,
     /// Pixels that may be written; inside the frame.
-    pub view: ClipRect,
+    pub view: PixelRect,
     /// Source of the pixels' colours.
     pub shading: Shading<'a>,
     /// Set-up in f64 by the plain path, for faces that screen vertices cannot represent.
@@ -221,7 +228,7 @@ pub(crate) const SCREEN_VERTEX_BYTES: u64 = size_of::<ScreenVertex>() as u64;
 pub(crate) const DEPTH_VERTEX_BYTES: u64 = size_of::<DepthVertex>() as u64;
 
 /// Most rows of tiles of a frame.
-pub(crate) const MOST_TILE_ROWS: usize = FRAME_LIMITS.1.div_ceil(bins::Grid::TILE_ROWS as usize);
+pub(crate) const MOST_TILE_ROWS: usize = FRAME_LIMITS.1.div_ceil(grid::Grid::TILE_ROWS as usize);
 
 /// A draw in progress: a piece of its faces that is binned, and what of it is drawn.
 ///

@@ -9,23 +9,21 @@
 //! very near) the plain path shades the pixel in f64.
 
 use super::attribute_fetch::{Few, MOST_FEW};
-use super::bins::ClipRect;
 use super::exact_faces::ExactFace;
 use super::face_tables::Faces;
 use super::interpolate::FragmentInputs;
 use super::lighting::{pack, splat3};
-use super::raster::{ID_STRIDE, NO_FACE, Tile};
 use super::texture_queue::{QUEUE_CAPACITY, TextureQueue};
+use super::tile_buffers::{EXACT_FACE_BIT, ID_STRIDE, NO_FACE, Tile};
+use crate::math::coverage::PixelRect;
 use crate::simd::{I32, Kernel, Mask, Simd};
 
-/// Bit set in a face id if the face was set up in f64.
-pub const EXACT_FACE_BIT: i32 = 1 << 30;
 /// Shades the visible pixels of a tile.
 pub struct ResolveKernel<'a, 'b, 'c> {
     /// Tables of the faces' attributes.
     pub faces: Faces<'a>,
     /// Columns and rows that may hold faces, inside the tile.
-    pub reach: ClipRect,
+    pub reach: PixelRect,
     /// Tile to shade; its face ids are reset to [`NO_FACE`].
     pub tile: &'b mut Tile<'c>,
     /// RGBA bytes of the frame's rows from the tile's first row on.
@@ -143,7 +141,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         }
         let mut row = 0;
         while row < STRIP[1] {
-            let at = self.tile.depth_at(x, y + row) * 4;
+            let at = self.tile.pixel_at(x, y + row) * 4;
             let bytes = &mut self.bytes[at..at + STRIP[0] as usize * 4];
             let mut column = 0;
             while column < STRIP[0] as usize {
@@ -184,7 +182,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         }
         let lane = s.iota();
         let at = (s.splat_i(x) + (lane & s.splat_i(3)), s.splat_i(y) + lane.shr::<2>());
-        let first = self.tile.depth_at(x, y);
+        let first = self.tile.pixel_at(x, y);
         if let Some(color) = self.faces.unweighed_color(s, narrow, ids) {
             s.store_block_bytes(narrow, color, &mut self.bytes[first * 4..], self.tile.width);
             return;
@@ -235,7 +233,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             }
         } else {
             let color = self.faces.finish(s, &lit);
-            let first = self.tile.depth_at(x, y);
+            let first = self.tile.pixel_at(x, y);
             s.store_block_bytes(sure, color, &mut self.bytes[first * 4..], self.tile.width);
         }
         self.plain_pixels((mask & needs_f64).bits(), (x, y));
@@ -263,7 +261,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             let color = self.faces.finish(s, &vector.lit);
             let [x, y] = vector.corner;
             let (first, needs_f64) =
-                (self.tile.depth_at(x, y), vector.texel_addresses.needs_f64() & vector.mask);
+                (self.tile.pixel_at(x, y), vector.texel_addresses.needs_f64() & vector.mask);
             let sure = vector.mask & !needs_f64;
             s.store_block_bytes(sure, color, &mut self.bytes[first * 4..], self.tile.width);
             self.plain_pixels(needs_f64.bits(), (x, y));
@@ -285,7 +283,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
     /// Shades one pixel by the plain path.
     fn plain_pixel(&mut self, id: i32, x: i32, y: i32) {
         let color = (self.faces.shading.plain)((id & !EXACT_FACE_BIT) as u32, x, y);
-        let at = self.tile.depth_at(x, y) * 4;
+        let at = self.tile.pixel_at(x, y) * 4;
         self.bytes[at..at + 4].copy_from_slice(&color);
     }
 
@@ -323,7 +321,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         mut left: S::M,
         cached: &mut CachedFace<'a, S>,
     ) {
-        let at = self.tile.depth_at(x, y) * 4;
+        let at = self.tile.pixel_at(x, y) * 4;
         let mut numbers = [0; 16];
         s.store_i(ids, &mut numbers[..S::LANES]);
         while left.any() {
@@ -360,7 +358,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             for column in x..(x + STRIP[0]).min(self.tile.x1) {
                 let id = self.tile.ids[self.tile.id_at(column, row)];
                 if id != NO_FACE {
-                    self.pick[self.tile.depth_at(column, row)] = [self.name, (id & !EXACT_FACE_BIT) as u32];
+                    self.pick[self.tile.pixel_at(column, row)] = [self.name, (id & !EXACT_FACE_BIT) as u32];
                 }
             }
         }

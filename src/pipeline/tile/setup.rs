@@ -10,22 +10,18 @@
 //! - [`ExactFace`]: all others, by the plain path's own set-up in f64.
 
 use super::bin_fragments::bin_fragments;
-use super::bins::{Chunk, ClipRect, Grid, Small, TinyWords, Winding};
+use super::bins::{Chunk, Small, TinyWords, Winding};
 use super::clusters::Visibility;
 use super::edges::ones;
 use super::exact_faces::ExactFace;
 use super::face_vectors::{DepthPlanes, EdgeFunctions, FaceClasses, FaceCorners, PixelBoxes};
 use super::fragments;
+use super::grid::Grid;
 use super::vertex::ScreenVertex;
+use crate::math::coverage::PixelRect;
 use crate::pipeline::draw_call::DrawStats;
 use crate::pipeline::indexed_mesh::CLUSTER_FACES;
 use crate::simd::{F32, I32, Kernel, Mask, Simd, prefetch};
-
-/// Largest side in pixels of a box whose edge functions are exact in i32: 2 * (64 * 256)^2 < 2^31.
-pub const SMALL_SIDE: i32 = 62;
-
-/// Largest side in pixels of a face whose coverage is a word of bits.
-pub const TINY_SIDE: i32 = 8;
 
 /// Sets up one face, by its index, as the plain path does, if screen vertices cannot represent it;
 /// `None` if nothing of it is drawn.
@@ -46,7 +42,7 @@ pub struct SetupKernel<'a> {
     /// Windings that are drawn.
     pub winding: Winding,
     /// Pixels that may be drawn.
-    pub view: ClipRect,
+    pub view: PixelRect,
     /// Grid of tiles.
     pub grid: Grid,
     /// Set-up by the plain path.
@@ -337,10 +333,4 @@ impl Lanes {
 #[inline(always)]
 fn real(bits: i32) -> f32 {
     f32::from_bits(bits as u32)
-}
-
-/// Returns the number of set lanes.
-#[inline(always)]
-pub(super) fn count_of<S: Simd>(mask: S::M) -> u64 {
-    mask.bits().count_ones() as u64
 }

@@ -5,15 +5,18 @@
 //! thread steals half of another one's remaining rows. One thread draws a row, its tiles from left
 //! to right, each with visibility first and then colour.
 
-use super::bins::{Chunk, Grid};
-use super::depth_f64::DepthRasterKernel;
+use super::bins::Chunk;
+use super::depth_f64::F64Depth;
+use super::depth_test::F32Depth;
 use super::face_tables::{ExactFaceLookup, Faces};
+use super::grid::Grid;
 use super::hierarchical_z::HierarchicalZKernel;
-use super::raster::{ID_STRIDE, Ids, NO_FACE, RasterKernel, Tile};
 use super::resolve::ResolveKernel;
-use super::traverse::RasterStats;
-use super::{Binned, ClipRect, DepthF64, DrawJob, FrameSlices, Scratch};
+use super::tile_buffers::{ID_STRIDE, Ids, NO_FACE, Tile};
+use super::traverse::{RasterKernel, RasterStats};
+use super::{Binned, DepthF64, DrawJob, FrameSlices, Scratch};
 use crate::executor::Executor;
+use crate::math::coverage::PixelRect;
 use crate::memory::DepthCells;
 use crate::pipeline::draw_call::CoarseDepth;
 use crate::pipeline::preemption::Slice;
@@ -95,7 +98,7 @@ type TileRowWork<'w> = &'w (dyn Fn(usize, &mut TileRowBuffers<'_>, &mut Ids) + S
 pub(crate) fn for_each_tile_row(
     executor: &Executor,
     (first, last): (usize, usize),
-    view: &ClipRect,
+    view: &PixelRect,
     frame: FrameSlices<'_>,
     work: TileRowWork<'_>,
 ) -> (u32, u32) {
@@ -246,15 +249,6 @@ struct TileRow<'r> {
     y0: i32,
 }
 
-/// Depth words of a tile in the formats other than f32.
-struct DepthWords<'w> {
-    words: &'w mut [i32],
-    /// Number of words in a row.
-    stride: usize,
-    /// Column of the first word of a row.
-    first_column: i32,
-}
-
 impl TileRow<'_> {
     /// Draws one tile: its bins in the chunks whose bits are set in `visits`. `widened` is room for
     /// the tile's words of 16 bits, if depth has them. Returns the chunks that are left over when the
@@ -265,7 +259,7 @@ impl TileRow<'_> {
         visits: u64,
         buffers: &mut TileRowBuffers<'_>,
         ids: &mut Ids,
-        mut widened: Option<&mut Ids>,
+        widened: Option<&mut Ids>,
         stats: &mut TileRowStats,
     ) -> u64 {
         let (grid, width) = (self.draw.binned.grid, buffers.width);
@@ -274,17 +268,15 @@ impl TileRow<'_> {
         let (x0, x1) = (columns.start, columns.end);
         let (y0, y1) = (self.y0, self.y0 + (buffers.bytes.len() / 4 / width) as i32);
         buffers.clear_pending(column, &columns);
-        if let Some(words) = widened.as_deref_mut() {
-            widen(&*buffers.narrow, width, columns.clone(), words);
-        }
-        let (stride, first_column) = if widened.is_some() { (ID_STRIDE, x0) } else { (width, 0) };
-        let (own_depth, words): (&mut [i32], &mut [i32]) = match (self.depth_f64(), widened.as_deref_mut()) {
-            (None, _) => (&mut *buffers.depth, &mut []),
-            (Some(_), None) => (&mut [], &mut *buffers.depth),
-            (Some(_), Some(widened)) => (&mut [], &mut widened[..]),
+        let is_widened = widened.is_some();
+        let (depth, depth_stride) = match widened {
+            Some(words) => {
+                widen(&*buffers.narrow, width, columns.clone(), words);
+                (&mut words[..], ID_STRIDE)
+            }
+            None => (buffers.depth.get_mut(x0 as usize..).unwrap_or_default(), width),
         };
-        let mut tile = Tile { x0, x1, y0, y1, width, depth: own_depth, ids };
-        let mut words = DepthWords { words, stride, first_column };
+        let mut tile = Tile { x0, x1, y0, y1, width, depth, depth_stride, ids };
         let mut reach = [i16::MAX, i16::MAX, 0, 0];
         let (mut visits, mut passed) = (visits, 0);
         while visits != 0 && !self.draw.slice.is_over() {
@@ -292,7 +284,7 @@ impl TileRow<'_> {
             visits &= visits - 1;
             let r = chunk.bins[bin].reach;
             reach = [reach[0].min(r[0]), reach[1].min(r[1]), reach[2].max(r[2]), reach[3].max(r[3])];
-            let done = self.rasterize(chunk, bin, &mut tile, &mut words);
+            let done = self.rasterize(chunk, bin, &mut tile);
             stats.raster.tested += done.tested;
             stats.raster.hidden += done.hidden;
             passed += done.passed;
@@ -301,13 +293,13 @@ impl TileRow<'_> {
             return visits;
         }
         stats.raster.passed += passed;
-        if let Some(words) = widened {
-            narrow(words, width, columns, &mut *buffers.narrow);
+        if is_widened {
+            narrow(tile.depth, width, columns, &mut *buffers.narrow);
         }
         let [left, top, right, bottom] = reach.map(i32::from);
         stats.shaded += self.draw.level.dispatch(ResolveKernel {
             faces: self.faces,
-            reach: ClipRect { x0: left.max(x0), y0: top.max(y0), x1: right.min(x1), y1: bottom.min(y1) },
+            reach: PixelRect { x0: left.max(x0), y0: top.max(y0), x1: right.min(x1), y1: bottom.min(y1) },
             tile: &mut tile,
             bytes: &mut *buffers.bytes,
             pick: &mut *buffers.pick,
@@ -322,36 +314,23 @@ impl TileRow<'_> {
     }
 
     /// Draws the faces of a chunk in a tile: depth and face ids.
-    fn rasterize(
-        &self,
-        chunk: &Chunk,
-        bin: usize,
-        tile: &mut Tile<'_>,
-        words: &mut DepthWords<'_>,
-    ) -> RasterStats {
+    fn rasterize(&self, chunk: &Chunk, bin: usize, tile: &mut Tile<'_>) -> RasterStats {
         let BinnedDraw { level, scratch, job, .. } = *self.draw;
         let (exact_faces, bin) = (&chunk.exact_faces, &chunk.bins[bin]);
         let corners = &job.mesh.screen_vertices;
         match self.depth_f64() {
             None => {
                 let is_coarse = job.coarse == CoarseDepth::On && !tile.depth.is_empty();
-                let kernel = RasterKernel { bin, exact_faces, corners, tile };
+                let kernel = RasterKernel { bin, exact_faces, corners, test: F32Depth, tile };
                 match is_coarse && HierarchicalZKernel::pays(bin) {
                     false => level.dispatch(kernel),
                     true => level.dispatch(HierarchicalZKernel(kernel)),
                 }
             }
-            Some(DepthF64 { encoder, .. }) => level.dispatch(DepthRasterKernel {
-                bin,
-                exact_faces,
-                corners,
-                vertices: scratch.depth_f64.as_slice(),
-                encoder,
-                tile,
-                words: &mut *words.words,
-                stride: words.stride,
-                first_column: words.first_column,
-            }),
+            Some(DepthF64 { encoder, .. }) => {
+                let test = F64Depth { encoder, corners, vertices: scratch.depth_f64.as_slice() };
+                level.dispatch(RasterKernel { bin, exact_faces, corners, test, tile })
+            }
         }
     }
 }
@@ -381,8 +360,8 @@ fn widen(from: &[u16], width: usize, columns: Range<i32>, to: &mut Ids) {
     }
 }
 
-/// Inverse of [`widen`].
-fn narrow(from: &Ids, width: usize, columns: Range<i32>, to: &mut [u16]) {
+/// Inverse of [`widen`]: `from` is a tile's buffer.
+fn narrow(from: &[i32], width: usize, columns: Range<i32>, to: &mut [u16]) {
     let columns = columns.start as usize..columns.end as usize;
     for (to, from) in to.chunks_exact_mut(width).zip(from.chunks_exact(ID_STRIDE)) {
         to[columns.clone()].iter_mut().zip(from).for_each(|(to, from)| *to = *from as u16);

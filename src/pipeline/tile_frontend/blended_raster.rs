@@ -6,7 +6,7 @@ use crate::pipeline::draw_call::DrawStats;
 use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::shade::{FaceShade, ShadingFrequency};
 use crate::pipeline::target_rows::TargetRows;
-use crate::pipeline::tile::{BlendedFace, BlendedFaceKernel, ClipRect, DepthEncoder};
+use crate::pipeline::tile::{BlendedFace, BlendedFaceKernel, DepthEncoder};
 use crate::simd::Level;
 
 impl PreparedDraw<'_> {
@@ -39,10 +39,9 @@ impl PreparedDraw<'_> {
             Some(ids) if !shade.is_transparent && has_depth => ids,
             _ => &mut [],
         };
-        let clip = target_rows.clip;
         let own = level.dispatch(BlendedFaceKernel {
             blended_face,
-            view: ClipRect { x0: clip.x0, y0: clip.y0, x1: clip.x1, y1: clip.y1 },
+            view: target_rows.clip,
             y0: target_rows.y0 as i32,
             width: target_rows.width,
             bytes: target_rows.bytes,

@@ -4,14 +4,14 @@ use super::f32s;
 use super::light_setup::{Light, RecycledBindings, TableWork, Tables};
 use super::shading_space::ShadingSpace;
 use crate::executor::Executor;
+use crate::math::coverage::PixelRect;
 use crate::memory::DepthFormat;
 use crate::pipeline::draw_call::{CoarseDepth, DrawStats};
 use crate::pipeline::indexed_mesh::IndexedMesh;
 use crate::pipeline::plan::Part;
 use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::tile::{
-    ClipRect, ColorSource, DepthEncoder, DepthF64, DrawJob, Eye, FogParams, MaterialBinding, Shading,
-    ToScreen, Winding,
+    ColorSource, DepthEncoder, DepthF64, DrawJob, Eye, FogParams, MaterialBinding, Shading, ToScreen, Winding,
 };
 use crate::scene::{Cull, Interpolation, ShadeMode};
 use crate::simd::Level;
@@ -23,7 +23,7 @@ pub(crate) struct DrawInputs<'p> {
     /// Material bindings.
     pub bindings: Vec<MaterialBinding<'p>>,
     /// Pixels that may be drawn.
-    pub view: ClipRect,
+    pub view: PixelRect,
     light: Light,
     winding: Winding,
     flip_normal: i32,
@@ -75,14 +75,13 @@ impl PreparedDraw<'_> {
         };
         let needs_positions = (call.shade == ShadeMode::Phong && is_lit || fog.is_some())
             && (call.interp == Interpolation::Affine || matches!(frame.eye, Eye::Parallel { .. }));
-        let view = ClipRect { x0: clip.x0, y0: clip.y0, x1: clip.x1, y1: clip.y1 };
         let light = Light::Constant;
         let coarse = CoarseDepth::Off;
         Some(DrawInputs {
             prepared,
             frame,
             bindings,
-            view,
+            view: clip,
             light,
             winding,
             flip_normal,

@@ -39,7 +39,7 @@ fn outlook_of(
     winding: Winding,
 ) -> CullView {
     let (t, complement) = to_screen(model, view, projection);
-    let full_view = ClipRect { x0: 0, y0: 0, x1: SIZE[0], y1: SIZE[1] };
+    let full_view = PixelRect { x0: 0, y0: 0, x1: SIZE[0], y1: SIZE[1] };
     CullView::new(&t, &t.to_view(), farthest, complement, &full_view, winding)
 }
 

@@ -2,7 +2,7 @@
 //! [`DepthFormat::encode`].
 
 use crate::memory::DepthFormat;
-use crate::simd::{I32, Simd};
+use crate::simd::Simd;
 
 /// Encoder of a depth format.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,13 +54,6 @@ impl DepthEncoder {
     #[inline(always)]
     pub(super) fn flip(&self) -> i32 {
         self.flip
-    }
-
-    /// Returns the lanes where `word` is nearer than `old`.
-    #[inline(always)]
-    pub fn is_nearer<S: Simd>(&self, s: S, word: S::I, old: S::I) -> S::M {
-        let flip = s.splat_i(self.flip);
-        (old ^ flip).gt(word ^ flip)
     }
 }
 

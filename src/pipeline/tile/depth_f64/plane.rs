@@ -1,6 +1,7 @@
-//! Depth plane of a face in f64, its depths along a row, and their words.
+//! Depth plane of a face in f64, and its depths along a row.
 
-use super::{DepthEncoder, DepthVertex};
+use super::encoder::DepthEncoder;
+use super::vertices::DepthVertex;
 use crate::pipeline::tile::exact_faces::ExactFace;
 use crate::simd::Simd;
 
@@ -37,7 +38,7 @@ impl DepthPlane {
 
     /// Returns the plane that the plain path has set up.
     #[inline(always)]
-    pub fn of_wide(exact_face: &ExactFace, encoder: &DepthEncoder) -> DepthPlane {
+    pub fn of_exact(exact_face: &ExactFace, encoder: &DepthEncoder) -> DepthPlane {
         let linear = &exact_face.plane;
         let ([base, x, y], range) = match encoder.is_reversed {
             true => (linear.complement, exact_face.exact_ranges[1]),
@@ -46,14 +47,10 @@ impl DepthPlane {
         DepthPlane { origin: linear.origin, base, run: [x, y], range }
     }
 
-    /// Placeholder for unused elements.
-    pub const NOWHERE: DepthPlane =
-        DepthPlane { origin: [0.0; 2], base: 0.0, run: [0.0; 2], range: [0.0; 2] };
-
-    /// Returns whether depth is constant along a row.
+    /// Returns the depth's step per column.
     #[inline(always)]
-    pub fn is_level(&self) -> bool {
-        self.run[0] == 0.0
+    pub fn slope(&self) -> f64 {
+        self.run[0]
     }
 
     /// Returns the term that row y adds to the base.
@@ -62,18 +59,14 @@ impl DepthPlane {
         self.run[1] * (y as f64 + 0.5 - self.origin[1])
     }
 
-    /// Returns the depth at the centre of a pixel of column x and of a row that adds `down`,
+    /// Returns the depth in 0..=1 at the centre of a pixel of column x and of a row that adds `down`,
     /// clamped to the corners' depths; NaN, on a face without area, becomes the nearest corner's.
     #[inline(always)]
-    fn along(&self, x: i32, down: f64) -> f64 {
+    pub fn depth(&self, x: i32, down: f64) -> f64 {
         let along = self.run[0] * (x as f64 + 0.5 - self.origin[0]);
-        lesser(greater(self.base + (along + down), self.range[0]), self.range[1])
-    }
-
-    /// Returns the depth in 0..=1 at the centre of pixel (x, y).
-    #[inline(always)]
-    pub fn at(&self, x: i32, y: i32) -> f64 {
-        within(self.along(x, self.down(y)))
+        let depth = lesser(greater(self.base + (along + down), self.range[0]), self.range[1]);
+        // Rounding may have moved it slightly beyond 0..=1.
+        lesser(greater(depth, 0.0), 1.0)
     }
 
     /// Returns the depths in 0..=1 at LANES pixels from column x on.
@@ -81,7 +74,7 @@ impl DepthPlane {
     pub fn row<S: Simd>(&self, x: i32, down: f64) -> [f64; 16] {
         let mut out = [0.0; 16];
         for (i, lane) in out[..S::LANES].iter_mut().enumerate() {
-            *lane = within(self.along(x + i as i32, down));
+            *lane = self.depth(x + i as i32, down);
         }
         out
     }
@@ -105,33 +98,6 @@ fn in_order(p: DepthVertex, q: DepthVertex) -> (DepthVertex, DepthVertex) {
     if swap { (q, p) } else { (p, q) }
 }
 
-/// Clamps a depth to 0..=1, beyond which rounding may have moved it slightly.
-#[inline(always)]
-fn within(depth: f64) -> f64 {
-    lesser(greater(depth, 0.0), 1.0)
-}
-
-/// Returns the words of an exact face at LANES pixels from (x, y) on, and the lanes that lie
-/// between near and far.
-#[inline(always)]
-pub fn exact_words<S: Simd>(
-    s: S,
-    encoder: &DepthEncoder,
-    exact_face: &ExactFace,
-    x: i32,
-    y: i32,
-) -> (S::I, S::M) {
-    let plane = DepthPlane::of_wide(exact_face, encoder);
-    let words = encoder.words(s, &plane.row::<S>(x, plane.down(y)));
-    if exact_face.is_between {
-        return (words, s.mask(u32::MAX));
-    }
-    let is_inside =
-        |i: usize| exact_face.plane.is_between_near_and_far(exact_face.exact_ranges[0], x + i as i32, y);
-    let inside = (0..S::LANES).fold(0u32, |bits, i| bits | u32::from(is_inside(i)) << i);
-    (words, s.mask(inside))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -144,11 +110,12 @@ mod tests {
         for other in [[a, c, b], [b, a, c], [b, c, a], [c, a, b], [c, b, a]] {
             let other = DepthPlane::through(other);
             for (x, y) in [(4, 8), (50, 20), (4, 60)] {
-                assert_eq!(plane.at(x, y).to_bits(), other.at(x, y).to_bits());
+                let [own, other] = [plane, other].map(|plane| plane.depth(x, plane.down(y)));
+                assert_eq!(own.to_bits(), other.to_bits());
             }
         }
         // Without area there is no plane, but there is a depth.
         let flat = DepthPlane::through([a, a, a]);
-        assert_eq!(flat.at(100, 100), 0.25);
+        assert_eq!(flat.depth(100, flat.down(100)), 0.25);
     }
 }

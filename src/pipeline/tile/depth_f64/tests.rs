@@ -1,11 +1,12 @@
 //! Tiles that exact faces fill, compared with words computed one by one.
 
 use super::*;
-use crate::math::coverage::SnappedTriangle;
+use crate::math::coverage::{PixelRect, SnappedTriangle};
 use crate::memory::DepthFormat;
 use crate::pipeline::plane_equation::PlaneEquation;
-use crate::pipeline::tile::bins::{BinEntry, Larger};
-use crate::pipeline::tile::raster::{ID_STRIDE, Ids, NO_FACE};
+use crate::pipeline::tile::bins::{Bin, BinEntry, Larger};
+use crate::pipeline::tile::tile_buffers::{EXACT_FACE_BIT, ID_STRIDE, Ids, NO_FACE, Tile};
+use crate::pipeline::tile::traverse::RasterKernel;
 use crate::simd::Level;
 use crate::truth::scenes::Random;
 
@@ -76,23 +77,20 @@ fn by_kernel(
     let larger = |i| Larger { fragments_before: 0, tiny_before: 0, entry: BinEntry::Exact(i) };
     let bin = Bin { larger: (0..faces.len() as u32).map(larger).collect(), ..Bin::default() };
     let mut ids: Box<Ids> = Box::new([NO_FACE; _]);
-    let first_column = if stride == WIDTH { 0 } else { TILE.x0 };
+    let from = if stride == WIDTH { TILE.x0 as usize } else { 0 };
     let mut words = vec![format.encode(1.0, 0.0) as i32; stride * 32];
     let PixelRect { x0, y0, x1, y1 } = TILE;
-    let mut tile = Tile { x0, x1, y0, y1, width: WIDTH, depth: &mut [], ids: &mut ids };
-    let done = level.dispatch(DepthRasterKernel {
+    let depth = &mut words[from..];
+    let mut tile = Tile { x0, x1, y0, y1, width: WIDTH, depth, depth_stride: stride, ids: &mut ids };
+    let encoder = DepthEncoder::of(format).expect("a format with words of f64");
+    let done = level.dispatch(RasterKernel {
         bin: &bin,
         exact_faces: faces,
         corners: &[],
-        vertices: &[],
-        encoder: DepthEncoder::of(format).expect("a format with words of f64"),
+        test: F64Depth { encoder, corners: &[], vertices: &[] },
         tile: &mut tile,
-        words: &mut words,
-        stride,
-        first_column,
     });
     assert_eq!(done.tested, faces.len() as u64 * 128 * 32);
-    let from = (TILE.x0 - first_column) as usize;
     let rows = |list: &[i32], stride: usize, from: usize| -> Vec<i32> {
         list.chunks(stride).flat_map(|row| row[from..from + 128].to_vec()).collect()
     };

@@ -1,0 +1,197 @@
+//! Depth tests, over which the rasterizer is generic: the depths of faces as words of a format, and
+//! the order of words.
+//!
+//! In: faces as [`super::setup`] made them. Out: a word for each pixel, computed independently of
+//! threads, tiles and lanes. Words are compared as signed numbers once [`DepthTest::flip`] has
+//! inverted some of their bits; a fragment passes if its word is less than the stored one.
+//!
+//! [`F32Depth`] is the test of f32 depths. The other formats need more digits than f32 has:
+//! [`super::depth_f64`].
+
+use super::exact_faces::{self, ExactFace, STEEP};
+use super::tile_buffers::Tile;
+use crate::simd::{F32, I32, Mask, Simd};
+
+/// Depth test of a format.
+pub(super) trait DepthTest {
+    /// Depth of a face with screen vertices, over the screen.
+    type Plane: Copy;
+    /// Depth of an exact face along a run of columns.
+    type Run: Copy;
+
+    /// True if a vector of words takes longer than a load that waits for two stores.
+    const IS_COSTLY: bool;
+    /// Largest slope per column with which depth has all its digits along a run.
+    const STEEPEST: f64;
+
+    /// Returns the bits to invert so that words become signed numbers, of which the lesser is
+    /// nearer.
+    fn flip(&self) -> i32;
+
+    /// Returns the lanes where `word` is nearer than `old`.
+    #[inline(always)]
+    fn is_nearer<S: Simd>(&self, s: S, word: S::I, old: S::I) -> S::M {
+        let flip = s.splat_i(self.flip());
+        (old ^ flip).gt(word ^ flip)
+    }
+
+    /// Tests depth at LANES pixels from (x, y) on, where `covered`; writes word and face id where it
+    /// passes. Returns how many passed.
+    #[inline(always)]
+    fn write<S: Simd>(
+        &self,
+        s: S,
+        tile: &mut Tile<'_>,
+        (x, y): (i32, i32),
+        covered: S::M,
+        word: S::I,
+        id: S::I,
+    ) -> u64 {
+        let mut passes = covered;
+        if !tile.depth.is_empty() {
+            let at = tile.depth_at(x, y);
+            let depth = &mut tile.depth[at..at + S::LANES];
+            let old = s.load_i(depth);
+            passes = covered & self.is_nearer(s, word, old);
+            s.store_i(s.select_i(passes, word, old), depth);
+        }
+        let at = tile.id_at(x, y);
+        let ids = &mut tile.ids[at..at + S::LANES];
+        s.store_i(s.select_i(passes, id, s.load_i(ids)), ids);
+        passes.bits().count_ones() as u64
+    }
+
+    /// Tests depth at one pixel; writes word and face id if it passes, and returns whether it did.
+    #[inline(always)]
+    fn write_one(&self, tile: &mut Tile<'_>, (x, y): (i32, i32), word: i32, id: i32) -> bool {
+        if !tile.depth.is_empty() {
+            let at = tile.depth_at(x, y);
+            let depth = &mut tile.depth[at];
+            if *depth ^ self.flip() <= word ^ self.flip() {
+                return false;
+            }
+            *depth = word;
+        }
+        tile.ids[tile.id_at(x, y)] = id;
+        true
+    }
+
+    /// Returns the word of a fragment: position, word in f32, face.
+    fn fragment(&self, fragment: [i32; 3]) -> i32;
+    /// Returns the depth of a face, given its f32 depth at the centre of pixel `at`, and the steps
+    /// of that per column and per row.
+    fn plane(&self, face: u32, at: [i32; 2], depth: [f32; 3]) -> Self::Plane;
+    /// Returns the word at pixel (x, y).
+    fn word(&self, plane: &Self::Plane, x: i32, y: i32) -> i32;
+    /// Returns the words at LANES pixels from (x, y) on.
+    fn words<S: Simd>(&self, s: S, plane: &Self::Plane, x: i32, y: i32) -> S::I;
+
+    /// Returns the words of an exact face at LANES pixels from (x, y) on.
+    fn exact_words<S: Simd>(&self, s: S, face: &ExactFace, x: i32, y: i32) -> S::I;
+    /// Returns these words, and the lanes that lie between near (included) and far (excluded).
+    fn clipped_words<S: Simd>(&self, s: S, face: &ExactFace, x: i32, y: i32) -> (S::I, S::M);
+    /// Returns the slope of an exact face's depth per column.
+    fn slope(&self, face: &ExactFace) -> f64;
+    /// Returns the depth along a run that is to be begun.
+    fn run(&self, face: &ExactFace) -> Self::Run;
+    /// Begins a run of columns at (x, y).
+    fn begin_run(&self, run: &mut Self::Run, face: &ExactFace, x: i32, y: i32);
+    /// Returns the words at LANES columns from x on, which are `along` columns from the run's
+    /// first.
+    fn run_words<S: Simd>(&self, s: S, run: &Self::Run, x: i32, along: S::F) -> S::I;
+}
+
+/// Depths in f32, whose bits are ordered like the numbers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct F32Depth;
+
+/// Pixel, f32 depth at its centre, and the depth's steps per column and per row.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct F32Plane {
+    at: [i32; 2],
+    depth: [f32; 3],
+}
+
+/// Depth at a run's first column, its step per column, and the range that it is clamped to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct F32Run {
+    base: f32,
+    slope: f32,
+    low: f32,
+    high: f32,
+}
+
+impl DepthTest for F32Depth {
+    type Plane = F32Plane;
+    type Run = F32Run;
+
+    const IS_COSTLY: bool = false;
+    const STEEPEST: f64 = STEEP;
+
+    #[inline(always)]
+    fn flip(&self) -> i32 {
+        0
+    }
+
+    #[inline(always)]
+    fn fragment(&self, [_, word, _]: [i32; 3]) -> i32 {
+        word
+    }
+
+    #[inline(always)]
+    fn plane(&self, _: u32, at: [i32; 2], depth: [f32; 3]) -> F32Plane {
+        F32Plane { at, depth }
+    }
+
+    #[inline(always)]
+    fn word(&self, plane: &F32Plane, x: i32, y: i32) -> i32 {
+        let [z0, zx, zy] = plane.depth;
+        let z = (z0 + zy * (y - plane.at[1]) as f32) + zx * (x - plane.at[0]) as f32;
+        (z.to_bits() as i32).max(0)
+    }
+
+    #[inline(always)]
+    fn words<S: Simd>(&self, s: S, plane: &F32Plane, x: i32, y: i32) -> S::I {
+        let [z0, zx, zy] = plane.depth;
+        let along = s.splat(zx) * (s.iota() + s.splat_i(x - plane.at[0])).to_f32();
+        (s.splat(z0 + zy * (y - plane.at[1]) as f32) + along).bits().max(s.splat_i(0))
+    }
+
+    #[inline(always)]
+    fn exact_words<S: Simd>(&self, s: S, face: &ExactFace, x: i32, y: i32) -> S::I {
+        exact_faces::depths(s, face, x, y).max(s.splat(0.0)).bits()
+    }
+
+    #[inline(always)]
+    fn clipped_words<S: Simd>(&self, s: S, face: &ExactFace, x: i32, y: i32) -> (S::I, S::M) {
+        let z = exact_faces::depths(s, face, x, y);
+        (z.max(s.splat(0.0)).bits(), exact_faces::between_near_and_far(s, face, z, x, y))
+    }
+
+    #[inline(always)]
+    fn slope(&self, face: &ExactFace) -> f64 {
+        face.plane.z[1]
+    }
+
+    #[inline(always)]
+    fn run(&self, face: &ExactFace) -> F32Run {
+        // Bounds as `exact_words` applies them; + 0.0 makes a zero positive, as its bits have to be.
+        F32Run {
+            base: 0.0,
+            slope: face.plane.z[1] as f32,
+            low: face.z_range[0].max(0.0) + 0.0,
+            high: face.z_range[1].max(0.0) + 0.0,
+        }
+    }
+
+    #[inline(always)]
+    fn begin_run(&self, run: &mut F32Run, face: &ExactFace, x: i32, y: i32) {
+        run.base = face.plane.z_at(x, y) as f32;
+    }
+
+    #[inline(always)]
+    fn run_words<S: Simd>(&self, s: S, run: &F32Run, _: i32, along: S::F) -> S::I {
+        let z = s.splat(run.base) + s.splat(run.slope) * along;
+        z.max(s.splat(run.low)).min(s.splat(run.high)).bits()
+    }
+}

@@ -1,0 +1,217 @@
+//! Rasterization of exact faces in a tile, by exact spans, and of stacks of faces that fill it.
+
+use super::depth_test::DepthTest;
+use super::exact_faces::{ExactFace, RUN};
+use super::grid::Grid;
+use super::tile_buffers::{EXACT_FACE_BIT, Tile};
+use crate::math::coverage::{Filling, PixelRect, SnappedTriangle};
+use crate::simd::{I32, Mask, Simd};
+use std::ops::Range;
+
+/// Row and columns of a span.
+type Span = (i32, Range<i32>);
+
+/// Number of spans listed before they are drawn: a closure would be compiled without the level's
+/// instructions.
+const SPANS: usize = Grid::TILE_ROWS as usize;
+
+/// Largest number of faces that are drawn together over a whole tile.
+pub(super) const MOST_STACKED: usize = 24;
+
+/// Draws a face; returns the fragments tested and passed.
+#[inline(always)]
+pub(super) fn draw<S: Simd, D: DepthTest>(
+    s: S,
+    test: &D,
+    face: &ExactFace,
+    tile: &mut Tile<'_>,
+) -> (u64, u64) {
+    let (mut tested, mut passed) = (0, 0);
+    let mut spans: [Span; SPANS] = [const { (0, 0..0) }; SPANS];
+    let b = face.bounds;
+    let clip = PixelRect {
+        x0: b.x0.max(tile.x0),
+        y0: b.y0.max(tile.y0),
+        x1: b.x1.min(tile.x1),
+        y1: b.y1.min(tile.y1),
+    };
+    for outline in face.outlines.iter().flatten() {
+        let count = spans_of(outline, clip, &mut spans);
+        for (y, span) in &spans[..count] {
+            tested += span.len() as u64;
+            passed += draw_span(s, test, face, *y, span.clone(), tile);
+        }
+    }
+    (tested, passed)
+}
+
+/// Lists the spans of an outline within `clip`; returns their number.
+fn spans_of(outline: &SnappedTriangle, clip: PixelRect, spans: &mut [Span; SPANS]) -> usize {
+    let mut count = 0;
+    match outline.filling(clip) {
+        Filling::None => {}
+        Filling::All => {
+            while (count as i32) < clip.y1 - clip.y0 {
+                spans[count] = (clip.y0 + count as i32, clip.x0..clip.x1);
+                count += 1;
+            }
+        }
+        Filling::Part => outline.for_each_span(clip, |y, span| {
+            spans[count] = (y, span);
+            count += 1;
+        }),
+    }
+    count
+}
+
+/// Draws one span in vectors aligned to their width, the first and the last in part. Returns the
+/// fragments passed.
+#[inline(always)]
+fn draw_span<S: Simd, D: DepthTest>(
+    s: S,
+    test: &D,
+    face: &ExactFace,
+    y: i32,
+    span: Range<i32>,
+    tile: &mut Tile<'_>,
+) -> u64 {
+    let lanes = S::LANES as i32;
+    // The last vector of a row that is no multiple of its width starts further left.
+    let last_whole = tile.x1 & !(lanes - 1);
+    let mut passed = 0;
+    let mut x = span.start;
+    while x < span.end {
+        let start = x & !(lanes - 1);
+        let is_whole = start == x && face.is_between;
+        let until = span.end.min(last_whole) & !(lanes - 1);
+        if is_whole && until > start {
+            passed += draw_whole(s, test, face, (start, y), (until - start) as usize, tile);
+            x = until;
+            continue;
+        }
+        let start = start.min(tile.x1 - lanes);
+        let (from, to) = (x - start, (span.end - start).min(lanes));
+        let covered = s.mask((u32::MAX << from) & (((1u64 << to) - 1) as u32));
+        let (word, inside) = match face.is_between {
+            true => (test.exact_words(s, face, start, y), covered),
+            false => test.clipped_words(s, face, start, y),
+        };
+        let id = s.splat_i(face.face as i32 | EXACT_FACE_BIT);
+        passed += test.write(s, tile, (start, y), covered & inside, word, id);
+        x = start + lanes;
+    }
+    passed
+}
+
+/// Draws `count` columns from (x, y) on, all covered, in whole vectors. Returns the fragments
+/// passed.
+#[inline(always)]
+fn draw_whole<S: Simd, D: DepthTest>(
+    s: S,
+    test: &D,
+    face: &ExactFace,
+    (x, y): (i32, i32),
+    count: usize,
+    tile: &mut Tile<'_>,
+) -> u64 {
+    let id = s.splat_i(face.face as i32 | EXACT_FACE_BIT);
+    let (at, depth_at) = (tile.id_at(x, y), tile.depth_at(x, y));
+    let ids = &mut tile.ids[at..at + count];
+    let mut passed = 0;
+    if tile.depth.is_empty() {
+        for ids in ids.chunks_exact_mut(S::LANES) {
+            s.store_i(id, ids);
+        }
+        return count as u64;
+    }
+    let depth = &mut tile.depth[depth_at..depth_at + count];
+    let is_level = test.slope(face) == 0.0;
+    let constant = if is_level { test.exact_words(s, face, x, y) } else { s.splat_i(0) };
+    let mut column = x;
+    for (depth, ids) in depth.chunks_exact_mut(S::LANES).zip(ids.chunks_exact_mut(S::LANES)) {
+        let word = if is_level { constant } else { test.exact_words(s, face, column, y) };
+        let old = s.load_i(depth);
+        let passes = test.is_nearer(s, word, old);
+        s.store_i(s.select_i(passes, word, old), depth);
+        s.store_i(s.select_i(passes, id, s.load_i(ids)), ids);
+        passed += passes.bits().count_ones() as u64;
+        column += S::LANES as i32;
+    }
+    passed
+}
+
+/// Returns how much of the tile the face covers, as far as [`stack`] can draw it: `All` requires
+/// depths between near and far, too, runs that carry them, and whole vectors.
+#[inline(always)]
+pub(super) fn filling<D: DepthTest>(test: &D, face: &ExactFace, tile: &Tile<'_>) -> Filling {
+    let [Some(outline), None] = &face.outlines else { return Filling::Part };
+    let b = face.bounds;
+    let holds = b.x0 <= tile.x0 && b.x1 >= tile.x1 && b.y0 <= tile.y0 && b.y1 >= tile.y1;
+    let is_even = (tile.x0 | tile.x1) & (RUN - 1) == 0;
+    let fits = holds && is_even && face.is_between && !tile.depth.is_empty();
+    match outline.filling(tile.rect()) {
+        Filling::All if !fits || test.slope(face).abs() > D::STEEPEST => Filling::Part,
+        filling => filling,
+    }
+}
+
+/// Draws faces that fill the tile, in order, and returns how many fragments passed. A pixel's depth
+/// and face stay in registers until all faces are tested.
+#[inline(always)]
+pub(super) fn stack<S: Simd, D: DepthTest>(s: S, test: &D, faces: &[&ExactFace], tile: &mut Tile<'_>) -> u64 {
+    let Some(first) = faces.first() else { return 0 };
+    let count = faces.len().min(MOST_STACKED);
+    let faces = &faces[..count];
+    let (x0, width) = (tile.x0, (tile.x1 - tile.x0) as usize);
+    let (mut ids, mut runs) = ([0; MOST_STACKED], [test.run(first); MOST_STACKED]);
+    let mut is_level = true;
+    for (i, face) in faces.iter().enumerate() {
+        (ids[i], runs[i]) = (face.face as i32 | EXACT_FACE_BIT, test.run(face));
+        is_level &= test.slope(face) == 0.0;
+    }
+    let flip = s.splat_i(test.flip());
+    // Words of level faces in a row.
+    let mut level = [flip; MOST_STACKED];
+    let mut passed = 0;
+    for y in tile.y0..tile.y1 {
+        let (at, depth_at) = (tile.id_at(x0, y), tile.depth_at(x0, y));
+        let row_ids = &mut tile.ids[at..at + width];
+        let row_depth = &mut tile.depth[depth_at..depth_at + width];
+        let mut column = 0;
+        while column < width {
+            let (x, in_run) = (x0 + column as i32, column as i32 & (RUN - 1));
+            let along = (s.iota() + s.splat_i(in_run)).to_f32();
+            if in_run == 0 && (column == 0 || !is_level) {
+                for (i, face) in faces.iter().enumerate() {
+                    test.begin_run(&mut runs[i], face, x, y);
+                }
+            }
+            let mut i = 0;
+            while is_level && column == 0 && i < count {
+                level[i] = test.run_words(s, &runs[i], x, along) ^ flip;
+                i += 1;
+            }
+            let old = &mut row_depth[column..column + S::LANES];
+            let own = &mut row_ids[column..column + S::LANES];
+            let (mut nearest, mut id) = (s.load_i(old) ^ flip, s.load_i(own));
+            let mut i = 0;
+            while is_level && i < count {
+                let passes = nearest.gt(level[i]);
+                (nearest, id) = (nearest.min(level[i]), s.select_i(passes, s.splat_i(ids[i]), id));
+                passed += passes.bits().count_ones() as u64;
+                i += 1;
+            }
+            while i < count {
+                let word = test.run_words(s, &runs[i], x, along) ^ flip;
+                let passes = nearest.gt(word);
+                (nearest, id) = (nearest.min(word), s.select_i(passes, s.splat_i(ids[i]), id));
+                passed += passes.bits().count_ones() as u64;
+                i += 1;
+            }
+            s.store_i(nearest ^ flip, old);
+            s.store_i(id, own);
+            column += S::LANES;
+        }
+    }
+    passed
+}

@@ -1,0 +1,69 @@
+//! A tile, and the buffers that one thread writes while it draws the tile.
+
+use super::grid::Grid;
+use crate::math::coverage::PixelRect;
+
+/// Face id of pixels that no face of this draw covers.
+pub const NO_FACE: i32 = -1;
+
+/// Bit set in a face id if the face was set up in f64.
+pub const EXACT_FACE_BIT: i32 = 1 << 30;
+
+/// Row stride of a tile's face ids; the last tile of a row has fewer columns than this.
+pub const ID_STRIDE: usize = 2 * Grid::TILE_COLUMNS as usize;
+
+/// Face ids of a tile, sized for the first-level cache; rows and columns beyond the tile stay
+/// [`NO_FACE`].
+pub type Ids = [i32; ID_STRIDE * Grid::TILE_ROWS as usize];
+
+/// A tile and its buffers.
+pub struct Tile<'a> {
+    /// First pixel column; the tile has at least as many columns as a vector has lanes.
+    pub x0: i32,
+    /// End of the pixel columns.
+    pub x1: i32,
+    /// First pixel row.
+    pub y0: i32,
+    /// End of the pixel rows.
+    pub y1: i32,
+    /// Width of a row of the frame in pixels.
+    pub width: usize,
+    /// Depth words from the tile's first pixel on; empty where depth is neither tested nor stored.
+    pub depth: &'a mut [i32],
+    /// Number of depth words from a row to the next.
+    pub depth_stride: usize,
+    /// Face ids of the tile's pixels.
+    pub ids: &'a mut Ids,
+}
+
+impl Tile<'_> {
+    /// Returns the tile's pixels.
+    #[inline(always)]
+    pub fn rect(&self) -> PixelRect {
+        PixelRect { x0: self.x0, y0: self.y0, x1: self.x1, y1: self.y1 }
+    }
+
+    /// Returns the number of pixels.
+    #[inline(always)]
+    pub fn pixels(&self) -> u64 {
+        ((self.x1 - self.x0) * (self.y1 - self.y0)) as u64
+    }
+
+    /// Returns the index of a pixel in the face ids.
+    #[inline(always)]
+    pub fn id_at(&self, x: i32, y: i32) -> usize {
+        (y - self.y0) as usize * ID_STRIDE + (x - self.x0) as usize
+    }
+
+    /// Returns the index of a pixel in the depth words.
+    #[inline(always)]
+    pub fn depth_at(&self, x: i32, y: i32) -> usize {
+        (y - self.y0) as usize * self.depth_stride + (x - self.x0) as usize
+    }
+
+    /// Returns the index of a pixel in the frame's rows from the tile's first row on.
+    #[inline(always)]
+    pub fn pixel_at(&self, x: i32, y: i32) -> usize {
+        (y - self.y0) as usize * self.width + x as usize
+    }
+}
