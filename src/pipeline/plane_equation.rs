@@ -56,7 +56,7 @@ pub(crate) struct PlaneEquation {
 impl PlaneEquation {
     /// Evaluates a linear function at the centre of pixel (x, y).
     #[inline]
-    fn at(&self, [base, dx, dy]: [f64; 3], x: i32, y: i32) -> f64 {
+    pub fn at(&self, [base, dx, dy]: [f64; 3], x: i32, y: i32) -> f64 {
         base + (dx * (x as f64 + 0.5 - self.origin[0]) + dy * (y as f64 + 0.5 - self.origin[1]))
     }
 

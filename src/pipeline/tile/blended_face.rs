@@ -293,7 +293,7 @@ fn barycentrics<S: Simd>(
         return ([zero; 3], s.mask(0));
     }
     if !blended_face.exact_face.is_smooth {
-        let (exact, beside) = exact_faces::exact_barycentrics(s, &blended_face.exact_face, x, y);
+        let (exact, beside) = exact_faces::exact_weights(s, &blended_face.exact_face, x, y);
         return (exact, mask & beside);
     }
     let [b0, b1, b2] = exact_faces::weights(s, &blended_face.exact_face, x, y);

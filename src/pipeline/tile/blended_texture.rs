@@ -4,7 +4,7 @@
 //! sampled by the plain path's own function. Where a decision (which texel, which level) is too
 //! near to its threshold for two computations in f64 to agree, the pixel is left to the plain path.
 
-use super::exact_faces::ExactFace;
+use super::exact_faces::{self, ExactFace};
 use crate::pipeline::sampler::{Footprint, sample};
 use crate::scene::{Filter, Sampling, Texture, Wrap};
 use crate::simd::{Mask, Simd};
@@ -37,12 +37,7 @@ impl BlendedTexture<'_> {
         x: i32,
         y: i32,
     ) -> ([S::F; 4], S::M) {
-        let mut b = [[0.0f64; 16]; 3];
-        for (k, lanes) in b.iter_mut().enumerate() {
-            for (i, lane) in lanes[..S::LANES].iter_mut().enumerate() {
-                *lane = exact_face.plane.barycentric_at(k, x + i as i32, y);
-            }
-        }
+        let b = exact_faces::barycentrics::<S>(exact_face, x, y);
         let (mut us, mut vs) = ([0.0f64; 16], [0.0f64; 16]);
         let [from, u1, u2] = [self.uv[0], self.uv[1] - self.uv[0], self.uv[2] - self.uv[0]];
         for i in 0..S::LANES {

@@ -73,76 +73,65 @@ pub(super) fn between_near_and_far<S: Simd>(s: S, exact_face: &ExactFace, z: S::
     s.mask(bits)
 }
 
-/// Returns the depths at LANES pixels from (x, y) on, with values that depend neither on the vector
-/// width nor on its alignment.
+/// Returns the depths at LANES pixels from (x, y) on.
 #[inline(always)]
 pub(super) fn depths<S: Simd>(s: S, exact_face: &ExactFace, x: i32, y: i32) -> S::F {
-    let zx = exact_face.plane.z[1];
-    let (low, high) = (s.splat(exact_face.z_range[0]), s.splat(exact_face.z_range[1]));
-    if zx.abs() <= STEEP && x & (S::LANES as i32 - 1) == 0 {
-        let base = x & !(RUN - 1);
-        let along = (s.iota() + s.splat_i(x - base)).to_f32();
-        let z = s.splat(exact_face.plane.z_at(base, y) as f32) + s.splat(zx as f32) * along;
-        return z.max(low).min(high);
-    }
-    let mut lanes = [0f32; 16];
-    for (i, d) in lanes[..S::LANES].iter_mut().enumerate() {
-        let column = x + i as i32;
-        *d = match zx.abs() <= STEEP {
-            true => {
-                let base = column & !(RUN - 1);
-                exact_face.plane.z_at(base, y) as f32 + zx as f32 * (column - base) as f32
-            }
-            false => exact_face.plane.z_at(column, y) as f32,
-        };
-    }
-    s.load(&lanes[..S::LANES]).max(low).min(high)
+    let (plane, [low, high]) = (&exact_face.plane, exact_face.z_range);
+    let z = linear(s, plane, plane.z, plane.z[1].abs() <= STEEP, x, y);
+    z.max(s.splat(low)).min(s.splat(high))
 }
 
 /// Returns the barycentrics b of an exact face at LANES pixels from (x, y) on: b / sum(b) are the
 /// corners' weights, 1 / sum(b) is w.
 #[inline(always)]
 pub fn weights<S: Simd>(s: S, exact_face: &ExactFace, x: i32, y: i32) -> [S::F; 3] {
-    if exact_face.is_gentle && x & (S::LANES as i32 - 1) == 0 {
-        let base = x & !(RUN - 1);
-        let along = (s.iota() + s.splat_i(x - base)).to_f32();
-        let barycentrics = &exact_face.plane.barycentrics;
-        let (g0, g1, g2) = (barycentrics[0][1] as f32, barycentrics[1][1] as f32, barycentrics[2][1] as f32);
-        return [
-            s.splat(exact_face.plane.barycentric_at(0, base, y) as f32) + s.splat(g0) * along,
-            s.splat(exact_face.plane.barycentric_at(1, base, y) as f32) + s.splat(g1) * along,
-            s.splat(exact_face.plane.barycentric_at(2, base, y) as f32) + s.splat(g2) * along,
-        ];
-    }
-    let mut out = [s.splat(0.0); 3];
-    let mut lanes = [0f32; 16];
-    for (k, b) in out.iter_mut().enumerate() {
-        let gradient = exact_face.plane.barycentrics[k][1] as f32;
-        for (i, lane) in lanes[..S::LANES].iter_mut().enumerate() {
-            let column = x + i as i32;
-            let base = column & !(RUN - 1);
-            *lane = match exact_face.is_gentle {
-                true => {
-                    exact_face.plane.barycentric_at(k, base, y) as f32 + gradient * (column - base) as f32
-                }
-                false => exact_face.plane.barycentric_at(k, column, y) as f32,
-            };
-        }
-        *b = s.load(&lanes[..S::LANES]);
-    }
-    out
+    let (plane, has_runs) = (&exact_face.plane, exact_face.is_gentle);
+    [
+        linear(s, plane, plane.barycentrics[0], has_runs, x, y),
+        linear(s, plane, plane.barycentrics[1], has_runs, x, y),
+        linear(s, plane, plane.barycentrics[2], has_runs, x, y),
+    ]
 }
 
-/// Returns the corners' weights at LANES pixels from (x, y) on, computed in f64, and the lanes
-/// beside the face, which the plain path must compute.
+/// Evaluates a linear function at LANES pixels from (x, y) on, in f64, or in f32 along runs that
+/// begin in f64. The values depend neither on the vector width nor on its alignment.
 #[inline(always)]
-pub(super) fn exact_barycentrics<S: Simd>(s: S, exact_face: &ExactFace, x: i32, y: i32) -> ([S::F; 3], S::M) {
+fn linear<S: Simd>(s: S, plane: &PlaneEquation, function: [f64; 3], has_runs: bool, x: i32, y: i32) -> S::F {
+    let slope = function[1] as f32;
+    if has_runs && x & (S::LANES as i32 - 1) == 0 {
+        let base = x & !(RUN - 1);
+        let along = (s.iota() + s.splat_i(x - base)).to_f32();
+        return s.splat(plane.at(function, base, y) as f32) + s.splat(slope) * along;
+    }
+    let mut lanes = [0f32; 16];
+    for (i, lane) in lanes[..S::LANES].iter_mut().enumerate() {
+        let column = x + i as i32;
+        let base = column & !(RUN - 1);
+        *lane = match has_runs {
+            true => plane.at(function, base, y) as f32 + slope * (column - base) as f32,
+            false => plane.at(function, column, y) as f32,
+        };
+    }
+    s.load(&lanes[..S::LANES])
+}
+
+/// Returns the barycentrics of LANES pixels from (x, y) on in f64.
+#[inline(always)]
+pub(super) fn barycentrics<S: Simd>(exact_face: &ExactFace, x: i32, y: i32) -> [[f64; 16]; 3] {
     let mut b = [[0.0f64; 16]; 3];
     for (k, lanes) in b.iter_mut().enumerate() {
         for (i, lane) in lanes[..S::LANES].iter_mut().enumerate() {
             *lane = exact_face.plane.barycentric_at(k, x + i as i32, y);
         }
     }
+    b
+}
+
+/// Returns the corners' weights at LANES pixels from (x, y) on, computed in f64, and the lanes
+/// beside the face, which the plain path must compute.
+#[inline(always)]
+pub(super) fn exact_weights<S: Simd>(s: S, exact_face: &ExactFace, x: i32, y: i32) -> ([S::F; 3], S::M) {
+    let b = barycentrics::<S>(exact_face, x, y);
     let mut out = [[0f32; 16]; 3];
     let mut inside = 0u32;
     for i in 0..S::LANES {

@@ -70,11 +70,13 @@ struct HierarchicalZ {
 impl Occlusion for HierarchicalZ {
     #[inline(always)]
     fn hides_tiny(&self, tile: &Tile<'_>, face: &Tiny) -> bool {
-        self.cells.hide(tile, bounds_of_tiny(face), nearest_of_tiny(face))
+        let near = nearest(face.depth, face.size.map(i32::from));
+        self.cells.hide(tile, face.bounds().map(i32::from), near)
     }
     #[inline(always)]
     fn hides_small(&self, tile: &Tile<'_>, face: &Small) -> bool {
-        self.cells.hide(tile, face.bounds.map(i32::from), nearest_of_small(face))
+        let [x0, y0, x1, y1] = face.bounds.map(i32::from);
+        self.cells.hide(tile, [x0, y0, x1, y1], nearest(face.depth, [x1 - x0, y1 - y0]))
     }
     #[inline(always)]
     fn hides_exact(&self, tile: &Tile<'_>, face: &ExactFace) -> bool {
@@ -176,22 +178,6 @@ impl Cells {
 #[inline(always)]
 fn word(z: f32) -> i32 {
     (z.to_bits() as i32).max(0)
-}
-
-#[inline(always)]
-fn bounds_of_tiny(face: &Tiny) -> [i32; 4] {
-    face.bounds().map(i32::from)
-}
-
-#[inline(always)]
-fn nearest_of_tiny(face: &Tiny) -> i32 {
-    nearest(face.depth, face.size.map(i32::from))
-}
-
-#[inline(always)]
-fn nearest_of_small(face: &Small) -> i32 {
-    let [x0, y0, x1, y1] = face.bounds.map(i32::from);
-    nearest(face.depth, [x1 - x0, y1 - y0])
 }
 
 /// Returns a lower bound on the words of a face in a box of this many columns and rows. Rounded
