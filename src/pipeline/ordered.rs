@@ -16,7 +16,7 @@ use super::reference::WriteMask;
 use super::shade::FaceShade;
 use super::target_rows::TargetRows;
 use super::tile::BlendedFace;
-use super::tile_frontend::BlendedSetup;
+use super::tile_frontend::{BlendedRaster, BlendedSetup};
 use super::working::FACE_ENTRY_BYTES;
 use crate::cancel::CancelToken;
 use crate::executor::Executor;
@@ -266,13 +266,11 @@ impl Work<'_, '_> {
             }
             let prepared = &self.all[f.object];
             match &f.blended_face {
-                Some(blended_face) => prepared.draw_blended_face(
-                    self.level,
-                    blended_face,
-                    (&f.face, &f.shade),
-                    f.triangle,
-                    (&mut target_rows, &mut stats),
-                ),
+                Some(blended_face) => {
+                    let (triangle, face, shade) = (f.triangle, &f.face, &f.shade);
+                    let raster = BlendedRaster { prepared, triangle, blended_face, face, shade };
+                    stats += raster.draw(self.level, &mut target_rows);
+                }
                 None => prepared.raster(&mut target_rows).face(
                     &f.face,
                     &f.shade,

@@ -26,6 +26,7 @@ use crate::executor::Executor;
 use crate::memory::opaque;
 use crate::scene::{Cull, FillStyle, HiddenSurface, Interpolation, ShadeMode};
 use crate::simd::Level;
+pub(crate) use blended_raster::BlendedRaster;
 pub(crate) use blended_setup::{BlendedSetup, blended_unsupported_reason};
 pub(crate) use draw_batch::DrawBatch;
 use glam::DVec3;

@@ -4,37 +4,41 @@
 //! and its light: one colour, one for each corner, or normals to be lit at each pixel. Out: the
 //! plain path's bytes. A blended byte is computed in f32; where that is too near to the boundary of
 //! the next byte (or f32 lacks the digits), the plain path computes the pixel. So errors do not
-//! accumulate over layers. Depth is tested, and written by opaque faces, as everywhere in the tile
-//! renderer.
+//! accumulate over layers. Depth test, interpolation, lighting and fog are those of the other faces,
+//! with the corners' attributes as their tables.
 
+use super::attribute_fetch::Corners;
 use super::blended_texture::BlendedTexture;
 use super::depth_f64::{DepthEncoder, F64Depth};
 use super::depth_test::{DepthTest, F32Depth};
 use super::exact_faces::{self, ExactFace};
 use super::fog::FogParams;
-use super::lighting::{MaterialLighting, V3, dot, light, scale, splat3};
+use super::interpolate::{Barycentrics, FragmentInputs};
+use super::lighting::{MaterialLighting, V3};
+use super::shading_state::{ColorSource, Eye, FragmentShader};
 use crate::math::coverage::PixelRect;
 use crate::simd::{F32, I32, Kernel, Mask, Simd};
+use std::ops::Range;
 
-/// Two parts of a colour: the one that vertex colours multiply, and the rest.
-pub type DiffuseSpecular = [[f32; 3]; 2];
+/// Numbers of the three corners, as a table of attributes holds them.
+pub type CornerTable = [[f32; 4]; 3];
 
 /// Source of a face's light.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub enum FaceLighting<'a> {
-    /// One colour for the face.
-    Solid(DiffuseSpecular),
-    /// One colour for each corner.
-    Corners([DiffuseSpecular; 3]),
+    /// One colour for the face, in the constant parts.
+    Solid(MaterialLighting),
+    /// One colour for each corner: the diffuse part, and the part that a texture does not multiply.
+    Corners([CornerTable; 2]),
     /// Lighting at each pixel.
     Pixels {
         /// Material and lights, relative to `positions`' origin.
         lighting: &'a MaterialLighting,
         /// Unit normals of the corners.
-        normals: [[f32; 3]; 3],
+        normals: CornerTable,
         /// Positions of the corners, relative to the eye, or in parallel projections to a point
         /// nearby.
-        positions: [[f32; 3]; 3],
+        positions: CornerTable,
         /// Unit vector to the viewer if it is constant; otherwise the viewer is at the origin.
         to_viewer: Option<[f32; 3]>,
     },
@@ -48,15 +52,55 @@ pub struct BlendedFace<'a> {
     /// Light of the face.
     pub face_lighting: FaceLighting<'a>,
     /// Vertex colours with alpha.
-    pub vertex_colors: Option<[[f32; 4]; 3]>,
+    pub vertex_colors: Option<CornerTable>,
     /// Texture, if any.
     pub texture: Option<BlendedTexture<'a>>,
     /// Fog, and the corners' positions in its space.
-    pub fog: Option<(FogParams, [[f32; 3]; 3])>,
+    pub fog: Option<(FogParams, CornerTable)>,
     /// 1 - transparency, without the alpha of `vertex_colors`.
     pub opacity: f32,
     /// True if the face is blended, and writes no depth.
     pub is_transparent: bool,
+}
+
+/// Lighting of corners that are lit already.
+static LIT_CORNERS: MaterialLighting = MaterialLighting::constant([0.0; 3], [0.0; 3]);
+
+impl BlendedFace<'_> {
+    /// Returns the inputs of the face's fragments, whose tables are those of its corners, and the
+    /// lighting of its material.
+    fn shader(&self) -> (FragmentShader<'_>, &MaterialLighting) {
+        let mut shader = FragmentShader {
+            source: ColorSource::Constant,
+            eye: Eye::Interpolated,
+            colors: match &self.vertex_colors {
+                Some(colors) => colors,
+                None => &[],
+            },
+            texcoords: &[],
+            positions: &[],
+            fog: None,
+            fog_positions: &[],
+        };
+        if let Some((fog, positions)) = &self.fog {
+            (shader.fog, shader.fog_positions) = (Some(*fog), positions);
+        }
+        let lighting = match &self.face_lighting {
+            FaceLighting::Solid(lighting) => lighting,
+            FaceLighting::Corners([diffuse, specular]) => {
+                shader.source = ColorSource::Vertices(diffuse, specular);
+                &LIT_CORNERS
+            }
+            FaceLighting::Pixels { lighting, normals, positions, to_viewer } => {
+                (shader.source, shader.positions) = (ColorSource::Pixels(normals), positions);
+                if let Some(to_viewer) = *to_viewer {
+                    shader.eye = Eye::Parallel { to_viewer };
+                }
+                lighting
+            }
+        };
+        (shader, lighting)
+    }
 }
 
 /// Draws one pixel as the plain path does. Arguments: column, row, its four bytes.
@@ -115,8 +159,10 @@ impl Kernel for BlendedFaceKernel<'_, '_> {
     #[inline(always)]
     fn run<S: Simd>(mut self, s: S) -> BlendedFaceStats {
         let mut stats = BlendedFaceStats::default();
-        let mut spans: [(i32, std::ops::Range<i32>); SPANS] = [const { (0, 0..0) }; SPANS];
-        let exact_face = &self.blended_face.exact_face;
+        let mut spans: [(i32, Range<i32>); SPANS] = [const { (0, 0..0) }; SPANS];
+        let (blended_face, (inputs, lighting)) = (self.blended_face, self.blended_face.shader());
+        let shader = &BlendedShader { blended_face, shader: inputs, lighting };
+        let exact_face = &blended_face.exact_face;
         let top = exact_face.bounds.y0.max(self.view.y0);
         let bottom = exact_face.bounds.y1.min(self.view.y1);
         for outline in exact_face.outlines.iter().flatten() {
@@ -131,7 +177,7 @@ impl Kernel for BlendedFaceKernel<'_, '_> {
                 });
                 for (y, span) in &spans[..count] {
                     stats.tested += span.len() as u64;
-                    let written = self.row(s, *y, span.clone());
+                    let written = self.row(s, shader, *y, span.clone());
                     if written > 0 {
                         stats.written += written;
                         let is_first = stats.rows.0 >= stats.rows.1;
@@ -150,8 +196,7 @@ impl BlendedFaceKernel<'_, '_> {
     /// Draws one span in vectors aligned to their width, the last one of a row possibly further
     /// left. Returns the pixels written.
     #[inline(always)]
-    fn row<S: Simd>(&mut self, s: S, y: i32, span: std::ops::Range<i32>) -> u64 {
-        let blended_face = self.blended_face;
+    fn row<S: Simd>(&mut self, s: S, shader: &BlendedShader<'_>, y: i32, span: Range<i32>) -> u64 {
         let lanes = S::LANES as i32;
         let row_start = (y - self.y0) as usize * self.width;
         let mut written = 0;
@@ -174,7 +219,7 @@ impl BlendedFaceKernel<'_, '_> {
             }
             written += passes.bits().count_ones() as u64;
             let target = &mut self.bytes[at * 4..(at + S::LANES) * 4];
-            let (color, off) = colors(s, blended_face, passes, start, y, target);
+            let (color, off) = shader.colors(s, passes, (start, y), target);
             s.store_masked_bytes(passes & !off, color, target);
             let mut left = (passes & off).bits();
             while left != 0 {
@@ -234,105 +279,72 @@ impl BlendedFaceKernel<'_, '_> {
     }
 }
 
-/// Returns the bytes of a vector of pixels over those in `under`, and the lanes that the plain path
-/// must compute.
-#[inline(always)]
-fn colors<S: Simd>(
-    s: S,
-    blended_face: &BlendedFace<'_>,
-    mask: S::M,
-    x: i32,
-    y: i32,
-    under: &[u8],
-) -> (S::I, S::M) {
-    let (barycentrics, mut off) = barycentrics(s, blended_face, mask, x, y);
-    let (mut diffuse, specular, needs_f64) = face_light(s, &blended_face.face_lighting, mask, barycentrics);
-    off = off | needs_f64;
-    let mut opacity = s.splat(blended_face.opacity);
-    if let Some(vertex_colors) = &blended_face.vertex_colors {
-        let tint = between(s, vertex_colors.map(|[r, g, b, _]| [r, g, b]), barycentrics);
-        diffuse = [diffuse[0] * tint[0], diffuse[1] * tint[1], diffuse[2] * tint[2]];
-        let [a0, a1, a2] = vertex_colors.map(|t| t[3]);
-        let alpha =
-            (s.splat(a0) * barycentrics[0] + s.splat(a1) * barycentrics[1]) + s.splat(a2) * barycentrics[2];
-        opacity = opacity * alpha;
-    }
-    if let Some(texture) = &blended_face.texture {
-        let ([r, g, b, a], beyond) = texture.texels(s, &blended_face.exact_face, mask & !off, x, y);
-        off = off | beyond;
-        diffuse = [diffuse[0] * r, diffuse[1] * g, diffuse[2] * b];
-        opacity = opacity * a;
-    }
-    let mut own = [diffuse[0] + specular[0], diffuse[1] + specular[1], diffuse[2] + specular[2]];
-    let mut edge = s.splat(EDGE);
-    if let Some((fog, positions)) = &blended_face.fog {
-        // The part of a colour beyond white that fog leaves carries that colour's error.
-        edge = s.splat(FOG_EDGE) * own[0].abs().max(own[1].abs()).max(own[2].abs()).max(s.splat(1.0));
-        own = fog.over(s, own, between(s, *positions, barycentrics));
-    }
-    let (packed, is_near) =
-        bytes_over(s, own, opacity, blended_face.is_transparent, s.load_bytes(under), edge);
-    (packed, off | (mask & is_near))
+/// Shader of a blended face's fragments.
+struct BlendedShader<'f> {
+    blended_face: &'f BlendedFace<'f>,
+    shader: FragmentShader<'f>,
+    lighting: &'f MaterialLighting,
 }
 
-/// Returns the barycentrics of a vector of pixels from `(x, y)` on, 0 if the face has one colour,
-/// and the lanes where f32 lacks the digits.
-#[inline(always)]
-fn barycentrics<S: Simd>(
-    s: S,
-    blended_face: &BlendedFace<'_>,
-    mask: S::M,
-    x: i32,
-    y: i32,
-) -> ([S::F; 3], S::M) {
-    let zero = s.splat(0.0);
-    let is_solid = matches!(blended_face.face_lighting, FaceLighting::Solid(_))
-        && blended_face.vertex_colors.is_none()
-        && blended_face.fog.is_none();
-    if is_solid {
-        return ([zero; 3], s.mask(0));
-    }
-    if !blended_face.exact_face.is_smooth {
-        let (exact, beside) = exact_faces::exact_weights(s, &blended_face.exact_face, x, y);
-        return (exact, mask & beside);
-    }
-    let [b0, b1, b2] = exact_faces::weights(s, &blended_face.exact_face, x, y);
-    let sum = (b0 + b1) + b2;
-    let inverse = s.splat(1.0) / sum;
-    // Beside the face the plain path clamps barycentrics in its own way.
-    let is_beside = b0.lt(zero) | b1.lt(zero) | b2.lt(zero);
-    ([b0 * inverse, b1 * inverse, b2 * inverse], mask & (is_beside | !s.splat(1e-30).lt(sum)))
-}
-
-/// Returns the diffuse and the specular light of pixels, and the lanes where f32 lacks the digits.
-#[inline(always)]
-fn face_light<S: Simd>(
-    s: S,
-    face_lighting: &FaceLighting<'_>,
-    mask: S::M,
-    barycentrics: [S::F; 3],
-) -> (V3<S>, V3<S>, S::M) {
-    match face_lighting {
-        FaceLighting::Solid([diffuse, specular]) => (splat3(s, *diffuse), splat3(s, *specular), s.mask(0)),
-        FaceLighting::Corners(parts) => (
-            between(s, [parts[0][0], parts[1][0], parts[2][0]], barycentrics),
-            between(s, [parts[0][1], parts[1][1], parts[2][1]], barycentrics),
-            s.mask(0),
-        ),
-        FaceLighting::Pixels { lighting, normals, positions, to_viewer } => {
-            let n = between(s, *normals, barycentrics);
-            let length2 = dot::<S>(n, n);
-            // Normals that cancel fall back to the face's, in f64.
-            let is_cancelled = mask & !s.splat(1e-4).le(length2);
-            let normal = scale::<S>(n, s.splat(1.0) / length2.sqrt());
-            let position = between(s, *positions, barycentrics);
-            let to_viewer = match to_viewer {
-                Some(v) => splat3(s, *v),
-                None => scale::<S>(position, s.splat(-1.0) / dot::<S>(position, position).sqrt()),
-            };
-            let lit = light(s, lighting, position, normal, to_viewer);
-            (lit.diffuse, lit.specular, is_cancelled | (lit.needs_f64 & mask))
+impl BlendedShader<'_> {
+    /// Returns the bytes of a vector of pixels from `(x, y)` on over those in `under`, and the lanes
+    /// that the plain path must compute.
+    #[inline(always)]
+    fn colors<S: Simd>(&self, s: S, mask: S::M, (x, y): (i32, i32), under: &[u8]) -> (S::I, S::M) {
+        let BlendedFace { exact_face, vertex_colors, texture, fog, .. } = self.blended_face;
+        let (barycentrics, mut off) = self.barycentrics(s, mask, x, y);
+        let b = barycentrics.weights();
+        let inputs = FragmentInputs {
+            faces: s.splat_i(0),
+            corners: Corners::One([0, 1, 2]),
+            barycentrics,
+            turn: s.mask(0),
+            at: (s.iota() + s.splat_i(x), s.splat_i(y)),
+        };
+        let (mut lit, needs_f64) = self.shader.lit(s, mask, self.lighting, &inputs);
+        off = off | needs_f64;
+        let mut opacity = s.splat(self.blended_face.opacity);
+        if let Some([[.., a0], [.., a1], [.., a2]]) = *vertex_colors {
+            opacity = opacity * ((s.splat(a0) * b[0] + s.splat(a1) * b[1]) + s.splat(a2) * b[2]);
         }
+        if let Some(texture) = texture {
+            let ([r, g, b, a], beyond) = texture.texels(s, exact_face, mask & !off, x, y);
+            off = off | beyond;
+            lit.multiply([r, g, b]);
+            opacity = opacity * a;
+        }
+        let mut edge = s.splat(EDGE);
+        if fog.is_some() {
+            // The part of a colour beyond white that fog leaves carries that colour's error.
+            let [r, g, b] = lit.sum();
+            edge = s.splat(FOG_EDGE) * r.abs().max(g.abs()).max(b.abs()).max(s.splat(1.0));
+        }
+        let own = self.shader.color(s, &lit);
+        let is_transparent = self.blended_face.is_transparent;
+        let (packed, is_near) = bytes_over(s, own, opacity, is_transparent, s.load_bytes(under), edge);
+        (packed, off | (mask & is_near))
+    }
+
+    /// Returns the barycentrics of a vector of pixels from `(x, y)` on, 0 if the face has one
+    /// colour, and the lanes where f32 lacks the digits.
+    ///
+    /// Deferred shading clamps barycentrics beside the face in f32, and takes them in f32 wherever
+    /// its limit of a byte's step allows; here such pixels and faces are left to f64.
+    #[inline(always)]
+    fn barycentrics<S: Simd>(&self, s: S, mask: S::M, x: i32, y: i32) -> (Barycentrics<S>, S::M) {
+        let BlendedFace { exact_face, face_lighting, vertex_colors, fog, .. } = self.blended_face;
+        let (zero, one) = (s.splat(0.0), s.splat(1.0));
+        if matches!(face_lighting, FaceLighting::Solid(_)) && vertex_colors.is_none() && fog.is_none() {
+            return (Barycentrics::new([zero; 3], one), s.mask(0));
+        }
+        if !exact_face.is_smooth {
+            let (exact, beside) = exact_faces::exact_weights(s, exact_face, x, y);
+            return (Barycentrics::new(exact, one), mask & beside);
+        }
+        let p = exact_faces::weights(s, exact_face, x, y);
+        let sum = (p[0] + p[1]) + p[2];
+        let is_beside = p[0].lt(zero) | p[1].lt(zero) | p[2].lt(zero);
+        (Barycentrics::new(p, one / sum), mask & (is_beside | !s.splat(1e-30).lt(sum)))
     }
 }
 
@@ -373,14 +385,4 @@ fn bytes_over<S: Simd>(
             };
     }
     (packed, is_near)
-}
-
-/// Interpolates three numbers of each corner.
-#[inline(always)]
-fn between<S: Simd>(s: S, v: [[f32; 3]; 3], b: [S::F; 3]) -> V3<S> {
-    [
-        (s.splat(v[0][0]) * b[0] + s.splat(v[1][0]) * b[1]) + s.splat(v[2][0]) * b[2],
-        (s.splat(v[0][1]) * b[0] + s.splat(v[1][1]) * b[1]) + s.splat(v[2][1]) * b[2],
-        (s.splat(v[0][2]) * b[0] + s.splat(v[1][2]) * b[1]) + s.splat(v[2][2]) * b[2],
-    ]
 }

@@ -46,7 +46,8 @@ impl Faces<'_> {
                 for corner in [c0, c1, c2] {
                     let vertex = corner.to_bits() as usize;
                     prefetch::for_read(self.screen_vertices, vertex);
-                    if let ColorSource::Pixels(table) | ColorSource::Vertices(table, _) = self.shading.source
+                    if let ColorSource::Pixels(table) | ColorSource::Vertices(table, _) =
+                        self.shading.shader.source
                     {
                         prefetch::for_read(table, vertex);
                     }
@@ -60,11 +61,11 @@ impl Faces<'_> {
     #[inline(always)]
     pub fn unweighed_color<S: Simd>(&self, s: S, mask: S::M, faces: S::I) -> Option<S::I> {
         let shading = self.shading;
-        if let (Some(binding), None) = (self.is_plain_color(), shading.fog) {
+        if let (Some(binding), None) = (self.is_plain_color(), shading.shader.fog) {
             return Some(pack(s, add::<S>(splat3(s, binding.diffuse), splat3(s, binding.specular))));
         }
         if let (ColorSource::Faces(diffuse, []), [], None, 0) =
-            (shading.source, shading.colors, shading.fog, shading.back)
+            (shading.shader.source, shading.shader.colors, shading.shader.fog, shading.back)
         {
             let [r, g, b, _] = s.gather4(mask, diffuse, faces);
             return Some(pack(s, [r, g, b]));
@@ -192,12 +193,13 @@ impl Faces<'_> {
             false => exact_faces::clamped(s, exact_face, [b0, b1, b2]),
         };
         let sum = (p[0] + p[1]) + p[2];
-        let inverse = s.splat(1.0) / sum;
-        let (mut right, mut below) = (p, p);
+        let mut barycentrics = Barycentrics::new(p, s.splat(1.0) / sum);
         if shading.bindings.iter().any(|m| m.texture.is_some()) {
             let [g0, g1, g2] = &exact_face.plane.barycentrics;
-            right = [b0 + s.splat(g0[1] as f32), b1 + s.splat(g1[1] as f32), b2 + s.splat(g2[1] as f32)];
-            below = [b0 + s.splat(g0[2] as f32), b1 + s.splat(g1[2] as f32), b2 + s.splat(g2[2] as f32)];
+            barycentrics.right =
+                [b0 + s.splat(g0[1] as f32), b1 + s.splat(g1[1] as f32), b2 + s.splat(g2[1] as f32)];
+            barycentrics.below =
+                [b0 + s.splat(g0[2] as f32), b1 + s.splat(g1[2] as f32), b2 + s.splat(g2[2] as f32)];
         }
         let [c0, c1, c2, material] = self.corners[face];
         let corners =
@@ -205,19 +207,17 @@ impl Faces<'_> {
         let turn = s.mask(if exact_face.is_normal_flipped { u32::MAX } else { 0 });
         // Where the face's plane reaches the horizon, or is seen edge-on, f32 does not decide.
         let off = mask & !s.splat(1e-30).lt(sum);
-        let mut w = inverse;
         if shading.is_affine {
-            w = s.splat(1.0);
+            barycentrics.w = s.splat(1.0);
         }
-        let barycentrics = Barycentrics { p, inverse, w, right, below };
         let faces = s.splat_i(exact_face.face as i32);
         let back = if exact_face.is_back { shading.back } else { 0 };
         let at = (s.iota() + s.splat_i(x), s.splat_i(y));
         let inputs = FragmentInputs { faces, corners, barycentrics, turn, at };
         let binding = &shading.bindings[(material.to_bits() as i32 + back) as usize];
-        let (color, needs_f64) = self.shade(s, mask, binding, &inputs);
-        let needs_w =
-            shading.is_affine && (matches!(shading.source, ColorSource::Pixels(_)) || shading.fog.is_some());
+        let (color, needs_f64) = shading.shader.shade(s, mask, binding, &inputs);
+        let needs_w = shading.is_affine
+            && (matches!(shading.shader.source, ColorSource::Pixels(_)) || shading.shader.fog.is_some());
         (color, if needs_w { mask } else { needs_f64 | off })
     }
 
@@ -226,7 +226,7 @@ impl Faces<'_> {
     pub fn only_color(&self, face: usize) -> Option<[f32; 3]> {
         let shading = self.shading;
         let [only] = shading.bindings else { return None };
-        if only.texture.is_some() || shading.fog.is_some() {
+        if only.texture.is_some() || shading.shader.fog.is_some() {
             return None;
         }
         let [c0, c1, c2, _] = self.corners[face];
@@ -236,20 +236,20 @@ impl Faces<'_> {
             (v0 == v1 && v1 == v2).then_some([v0[0], v0[1], v0[2]])
         };
         let (diffuse, specular) = (only.lighting.diffuse, only.lighting.specular);
-        match shading.source {
-            ColorSource::Constant if shading.colors.is_empty() => {
+        match shading.shader.source {
+            ColorSource::Constant if shading.shader.colors.is_empty() => {
                 Some([diffuse[0] + specular[0], diffuse[1] + specular[1], diffuse[2] + specular[2]])
             }
             ColorSource::Constant => {
-                let c = alike(shading.colors)?;
+                let c = alike(shading.shader.colors)?;
                 Some([
                     diffuse[0] * c[0] + specular[0],
                     diffuse[1] * c[1] + specular[1],
                     diffuse[2] * c[2] + specular[2],
                 ])
             }
-            ColorSource::Vertices(table, []) if shading.colors.is_empty() => alike(table),
-            ColorSource::Faces(table, []) if shading.colors.is_empty() => {
+            ColorSource::Vertices(table, []) if shading.shader.colors.is_empty() => alike(table),
+            ColorSource::Faces(table, []) if shading.shader.colors.is_empty() => {
                 let [r, g, b, _] = table[face];
                 Some([r, g, b])
             }
@@ -261,8 +261,8 @@ impl Faces<'_> {
     #[inline(always)]
     fn is_plain_color(&self) -> Option<&MaterialLighting> {
         let s = self.shading;
-        match (s.source, s.bindings) {
-            (ColorSource::Constant, [only]) if s.colors.is_empty() && only.texture.is_none() => {
+        match (s.shader.source, s.bindings) {
+            (ColorSource::Constant, [only]) if s.shader.colors.is_empty() && only.texture.is_none() => {
                 Some(&only.lighting)
             }
             _ => None,

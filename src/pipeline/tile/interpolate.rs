@@ -2,10 +2,9 @@
 //! pixels at a time, for all kinds of faces.
 
 use super::attribute_fetch::{Corners, blend, gather3};
-use super::face_tables::Faces;
-use super::lighting::{V3, dot, light, pack, scale, splat3};
+use super::lighting::{MaterialLighting, V3, dot, light, pack, scale, splat3};
 use super::sampler::{SampleCoord, TextureSampler, UvDerivatives};
-use super::shading_state::{ColorSource, Eye, MaterialBinding};
+use super::shading_state::{ColorSource, Eye, FragmentShader, MaterialBinding};
 use crate::simd::{F32, I32, Simd};
 
 /// Barycentrics of a vector of pixels on the faces that they show.
@@ -44,11 +43,11 @@ pub struct ReflectedLight<S: Simd> {
     pub diffuse: V3<S>,
     /// Part that a texture does not multiply.
     pub specular: V3<S>,
-    /// Position in shading space; 0 without fog.
+    /// Position in the fog's space; 0 without fog.
     pub position: V3<S>,
 }
 
-impl Faces<'_> {
+impl FragmentShader<'_> {
     /// Returns the packed colours of pixels that show this material, and the lanes where f32 lacks
     /// the digits.
     #[inline(always)]
@@ -59,7 +58,7 @@ impl Faces<'_> {
         binding: &MaterialBinding<'_>,
         inputs: &FragmentInputs<'_, S>,
     ) -> (S::I, S::M) {
-        let (mut lit, mut needs_f64) = self.lit(s, mask, binding, inputs);
+        let (mut lit, mut needs_f64) = self.lit(s, mask, &binding.lighting, inputs);
         if let Some(texture) = &binding.texture {
             let sample_coord = self.sample_coord(s, mask, texture, inputs);
             let texel_addresses = texture.texel_addresses(s, mask, &sample_coord);
@@ -69,21 +68,18 @@ impl Faces<'_> {
         (self.finish(s, &lit), needs_f64)
     }
 
-    /// Returns the light of pixels that show this material, and the lanes where f32 lacks the
-    /// digits.
+    /// Returns the light of pixels that show a material, and the lanes where f32 lacks the digits.
     #[inline(always)]
     pub(super) fn lit<S: Simd>(
         &self,
         s: S,
         mask: S::M,
-        binding: &MaterialBinding<'_>,
+        lighting: &MaterialLighting,
         inputs: &FragmentInputs<'_, S>,
     ) -> (ReflectedLight<S>, S::M) {
-        let shading = self.shading;
-        let lighting = &binding.lighting;
         let mut needs_f64 = s.mask(0);
         let b = inputs.barycentrics.weights();
-        let (mut diffuse, specular) = match shading.source {
+        let (mut diffuse, specular) = match self.source {
             ColorSource::Constant => (splat3(s, lighting.diffuse), splat3(s, lighting.specular)),
             ColorSource::Faces(diffuse, specular) => {
                 let [r, g, b, _] = s.gather4(mask, diffuse, inputs.faces);
@@ -121,8 +117,8 @@ impl Faces<'_> {
                 (lit.diffuse, lit.specular)
             }
         };
-        if !shading.colors.is_empty() {
-            let color = blend(s, mask, shading.colors, &inputs.corners, b);
+        if !self.colors.is_empty() {
+            let color = blend(s, mask, self.colors, &inputs.corners, b);
             diffuse = [diffuse[0] * color[0], diffuse[1] * color[1], diffuse[2] * color[2]];
         }
         let position = self.fog_position(s, mask, inputs, b);
@@ -139,40 +135,32 @@ impl Faces<'_> {
         inputs: &FragmentInputs<'_, S>,
         b: [S::F; 3],
     ) -> (V3<S>, V3<S>) {
-        let shading = self.shading;
-        match shading.eye {
+        match self.eye {
             Eye::Perspective { ray } => {
                 let ray = ray_at(s, ray, inputs.at.0, inputs.at.1);
                 let back = s.splat(-1.0) / dot::<S>(ray, ray).sqrt();
-                let position = match shading.is_affine {
-                    false => scale::<S>(ray, inputs.barycentrics.w),
-                    true => blend(s, mask, shading.positions, &inputs.corners, b),
-                };
-                let to_viewer = match shading.is_affine {
-                    false => scale::<S>(ray, back),
-                    true => {
-                        let back = s.splat(-1.0) / dot::<S>(position, position).sqrt();
-                        scale::<S>(position, back)
-                    }
-                };
-                (position, to_viewer)
+                (scale::<S>(ray, inputs.barycentrics.w), scale::<S>(ray, back))
+            }
+            Eye::Interpolated => {
+                let position = blend(s, mask, self.positions, &inputs.corners, b);
+                let back = s.splat(-1.0) / dot::<S>(position, position).sqrt();
+                (position, scale::<S>(position, back))
             }
             Eye::Parallel { to_viewer } => {
-                (blend(s, mask, shading.positions, &inputs.corners, b), splat3(s, to_viewer))
+                (blend(s, mask, self.positions, &inputs.corners, b), splat3(s, to_viewer))
             }
         }
     }
 
-    /// Returns the positions of pixels in shading space for fog, 0 without fog.
+    /// Returns the positions of pixels in the fog's space, 0 without fog.
     #[inline(always)]
     fn fog_position<S: Simd>(&self, s: S, mask: S::M, inputs: &FragmentInputs<'_, S>, b: [S::F; 3]) -> V3<S> {
-        let shading = self.shading;
-        match (&shading.fog, shading.eye) {
+        match (&self.fog, self.eye) {
             (None, _) => [s.splat(0.0); 3],
-            (Some(_), Eye::Perspective { ray }) if !shading.is_affine => {
+            (Some(_), Eye::Perspective { ray }) => {
                 scale::<S>(ray_at(s, ray, inputs.at.0, inputs.at.1), inputs.barycentrics.w)
             }
-            (Some(_), _) => blend(s, mask, shading.positions, &inputs.corners, b),
+            (Some(_), _) => blend(s, mask, self.fog_positions, &inputs.corners, b),
         }
     }
 
@@ -187,7 +175,7 @@ impl Faces<'_> {
     ) -> SampleCoord<S> {
         let (barycentrics, zero) = (&inputs.barycentrics, s.splat(0.0));
         let b = barycentrics.weights();
-        let [t0, t1, t2] = gather3(s, mask, self.shading.texcoords, &inputs.corners);
+        let [t0, t1, t2] = gather3(s, mask, self.texcoords, &inputs.corners);
         // Relative to the first corner, so that coordinates far from 0 keep their digits.
         let ([u1, v1], [u2, v2]) = (between::<S>(t0, t1), between::<S>(t0, t2));
         let here = [b[1] * u1 + b[2] * u2, b[1] * v1 + b[2] * v2];
@@ -213,18 +201,30 @@ impl Faces<'_> {
     /// Applies fog and packs the colours.
     #[inline(always)]
     pub(super) fn finish<S: Simd>(&self, s: S, lit: &ReflectedLight<S>) -> S::I {
-        let color = add::<S>(lit.diffuse, lit.specular);
-        match &self.shading.fog {
-            None => pack(s, color),
-            Some(fog) => pack(s, fog.over(s, color, lit.position)),
+        pack(s, self.color(s, lit))
+    }
+
+    /// Returns the colours, under fog if there is any.
+    #[inline(always)]
+    pub(super) fn color<S: Simd>(&self, s: S, lit: &ReflectedLight<S>) -> V3<S> {
+        let color = lit.sum();
+        match &self.fog {
+            None => color,
+            Some(fog) => fog.over(s, color, lit.position),
         }
     }
 }
 
 impl<S: Simd> Barycentrics<S> {
+    /// Creates the barycentrics with these values of `p`, for pixels without neighbours.
+    #[inline(always)]
+    pub fn new(p: [S::F; 3], inverse: S::F) -> Self {
+        Barycentrics { p, right: p, below: p, inverse, w: inverse }
+    }
+
     /// Returns the corners' weights, which sum to 1.
     #[inline(always)]
-    fn weights(&self) -> [S::F; 3] {
+    pub fn weights(&self) -> [S::F; 3] {
         [self.p[0] * self.inverse, self.p[1] * self.inverse, self.p[2] * self.inverse]
     }
 }
@@ -234,6 +234,12 @@ impl<S: Simd> ReflectedLight<S> {
     #[inline(always)]
     pub fn multiply(&mut self, texel: V3<S>) {
         self.diffuse = [self.diffuse[0] * texel[0], self.diffuse[1] * texel[1], self.diffuse[2] * texel[2]];
+    }
+
+    /// Returns the sum of both parts.
+    #[inline(always)]
+    pub fn sum(&self) -> V3<S> {
+        add::<S>(self.diffuse, self.specular)
     }
 }
 

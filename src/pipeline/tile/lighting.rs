@@ -110,6 +110,19 @@ pub struct MaterialLighting {
     pub model: LightingModel,
 }
 
+impl MaterialLighting {
+    /// Creates the lighting of a material that no light reaches, with these constant parts.
+    pub const fn constant(diffuse: [f32; 3], specular: [f32; 3]) -> Self {
+        MaterialLighting {
+            diffuse,
+            specular,
+            lights: Vec::new(),
+            exponent: Exponent::Integer(0),
+            model: LightingModel::Phong,
+        }
+    }
+}
+
 /// Returns a . b, summed in a fixed order.
 #[inline(always)]
 pub fn dot<S: Simd>(a: V3<S>, b: V3<S>) -> S::F {

@@ -58,7 +58,7 @@ pub(crate) use hierarchical_z::HIERARCHICAL_Z_BYTES;
 pub(crate) use lighting::{Cone, Exponent, FastLight, LightPosition, MaterialLighting};
 pub(crate) use list_bytes::ListBytes;
 pub(crate) use sampler::TextureSampler;
-pub(crate) use shading_state::{ColorSource, Eye, MaterialBinding, Shading};
+pub(crate) use shading_state::{ColorSource, Eye, FragmentShader, MaterialBinding, Shading};
 pub(crate) use tile_rows::{BinnedDraw, Counts, RowProgress, TileRowBuffers, for_each_tile_row};
 pub(crate) use vertex::{ScreenVertex, ToScreen};
 pub(crate) use vertex_lighting::VertexLightingKernel;

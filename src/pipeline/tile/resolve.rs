@@ -217,8 +217,9 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         (x, y): (i32, i32),
         queue: &mut Option<TextureQueue<S>>,
     ) {
+        let shader = &self.faces.shading.shader;
         let binding = &self.faces.shading.bindings[number];
-        let (lit, needs_f64) = self.faces.lit(s, mask, binding, inputs);
+        let (lit, needs_f64) = shader.lit(s, mask, &binding.lighting, inputs);
         let sure = mask & !needs_f64;
         if let (Some(texture), Some(queue)) = (&binding.texture, queue) {
             let place = &mut queue.vectors[queue.count];
@@ -226,13 +227,13 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             place.binding = number;
             place.corner = [x, y];
             place.lit = lit;
-            place.sample_coord = self.faces.sample_coord(s, mask, texture, inputs);
+            place.sample_coord = shader.sample_coord(s, mask, texture, inputs);
             queue.count += 1;
             if queue.count == QUEUE_CAPACITY {
                 self.drain_queue(s, queue);
             }
         } else {
-            let color = self.faces.finish(s, &lit);
+            let color = shader.finish(s, &lit);
             let first = self.tile.pixel_at(x, y);
             s.store_block_bytes(sure, color, &mut self.bytes[first * 4..], self.tile.width);
         }
@@ -258,7 +259,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
                     &vector.texel_addresses,
                 ));
             }
-            let color = self.faces.finish(s, &vector.lit);
+            let color = shading.shader.finish(s, &vector.lit);
             let [x, y] = vector.corner;
             let (first, needs_f64) =
                 (self.tile.pixel_at(x, y), vector.texel_addresses.needs_f64() & vector.mask);

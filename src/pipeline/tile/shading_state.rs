@@ -26,6 +26,8 @@ pub enum Eye {
         /// Ray at pixel (0,0), and its steps per column and per row.
         ray: [[f32; 3]; 3],
     },
+    /// The viewer is at the origin; positions are interpolated from the vertices.
+    Interpolated,
     /// V is constant; positions are interpolated from the vertices.
     Parallel {
         /// Unit vector towards the viewer.
@@ -45,12 +47,30 @@ pub struct MaterialBinding<'a> {
     pub texture: Option<TextureSampler<'a>>,
 }
 
-/// Shading state that all pixels of a draw share.
-pub struct Shading<'a> {
+/// Inputs from which fragments are shaded, apart from their material: those of a draw, or of a
+/// blended face.
+#[derive(Clone, Copy)]
+pub struct FragmentShader<'a> {
     /// Source of the colours.
     pub source: ColorSource<'a>,
     /// Reconstruction of positions.
     pub eye: Eye,
+    /// Vertex colours that multiply the diffuse part at each pixel; empty for none.
+    pub colors: &'a [[f32; 4]],
+    /// Texture coordinates of the vertices.
+    pub texcoords: &'a [[f32; 4]],
+    /// Positions of the vertices in shading space, if they are interpolated for lighting.
+    pub positions: &'a [[f32; 4]],
+    /// Fog, if any.
+    pub fog: Option<FogParams>,
+    /// Positions of the vertices in the fog's space, if they are interpolated for fog.
+    pub fog_positions: &'a [[f32; 4]],
+}
+
+/// Shading state that all pixels of a draw share.
+pub struct Shading<'a> {
+    /// Inputs of all fragments.
+    pub shader: FragmentShader<'a>,
     /// Materials; if `back` is not 0, followed by one for each again for back-facing faces.
     pub bindings: &'a [MaterialBinding<'a>],
     /// Offset in `bindings` of the materials of back-facing faces; 0 if they have none of their
@@ -58,14 +78,6 @@ pub struct Shading<'a> {
     pub back: i32,
     /// Sign of the screen area of back-facing faces: 1 clockwise, -1 counter-clockwise.
     pub back_facing: i32,
-    /// Fog, if any.
-    pub fog: Option<FogParams>,
-    /// Vertex colours that multiply the diffuse part at each pixel; empty for none.
-    pub colors: &'a [[f32; 4]],
-    /// Texture coordinates of the vertices.
-    pub texcoords: &'a [[f32; 4]],
-    /// Positions of the vertices in shading space (parallel projections that are lit per pixel).
-    pub positions: &'a [[f32; 4]],
     /// True if attributes are linear on the screen.
     pub is_affine: bool,
     /// Sign of the screen area of faces whose normals are flipped: 1 clockwise, -1

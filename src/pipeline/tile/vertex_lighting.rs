@@ -63,7 +63,7 @@ impl Kernel for VertexLightingKernel<'_> {
             let index = s.iota() + s.splat_i(start as i32);
             let [nx, ny, nz, _] = s.gather4(live, self.normals, s.select_i(live, index, s.splat_i(0)));
             let to_viewer = match self.eye {
-                Eye::Perspective { .. } => {
+                Eye::Perspective { .. } | Eye::Interpolated => {
                     let d2 = super::lighting::dot::<S>(position, position);
                     scale::<S>(position, zero - s.select(zero.lt(d2), one / d2.sqrt(), zero))
                 }

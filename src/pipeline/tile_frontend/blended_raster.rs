@@ -9,17 +9,25 @@ use crate::pipeline::target_rows::TargetRows;
 use crate::pipeline::tile::{BlendedFace, BlendedFaceKernel, DepthEncoder};
 use crate::simd::Level;
 
-impl PreparedDraw<'_> {
-    /// Draws one face by the vector kernels, with the bytes of the reference.
-    pub fn draw_blended_face(
-        &self,
-        level: Level,
-        blended_face: &BlendedFace,
-        (face, shade): (&Face, &FaceShade),
-        triangle: u32,
-        (target_rows, stats): (&mut TargetRows, &mut DrawStats),
-    ) {
-        let rules = self.pixel_rules();
+/// A face as the vector kernels draw it, and as the reference does single pixels of it.
+pub(crate) struct BlendedRaster<'r> {
+    /// The face's draw.
+    pub prepared: &'r PreparedDraw<'r>,
+    /// Index of the triangle, for the pick buffer.
+    pub triangle: u32,
+    /// The face for the vector kernels.
+    pub blended_face: &'r BlendedFace<'r>,
+    /// The assembled face.
+    pub face: &'r Face,
+    /// Inputs of its pixels' colours.
+    pub shade: &'r FaceShade<'r>,
+}
+
+impl BlendedRaster<'_> {
+    /// Draws the face with the bytes of the reference.
+    pub fn draw(&self, level: Level, target_rows: &mut TargetRows) -> DrawStats {
+        let BlendedRaster { prepared, triangle, blended_face, face, shade } = *self;
+        let rules = prepared.pixel_rules();
         let exact = |x: i32, y: i32, pixel: &mut [u8]| {
             let own = &mut DrawStats::default();
             match face.pixel(shade, [x, y], &rules, own) {
@@ -49,17 +57,19 @@ impl PreparedDraw<'_> {
             narrow,
             encoder,
             pick,
-            id: [self.call.name, triangle],
+            id: [prepared.call.name, triangle],
             exact: &exact,
         });
-        stats.pixels_tested += own.tested;
-        stats.pixels_written += own.written;
-        if matches!(shade.light, ShadingFrequency::Pixels { .. }) {
-            stats.pixels_lit += own.written;
-        }
         if own.rows.0 < own.rows.1 {
             target_rows.mark_row(own.rows.0 as u32);
             target_rows.mark_row(own.rows.1 as u32 - 1);
+        }
+        let is_lit = matches!(shade.light, ShadingFrequency::Pixels { .. });
+        DrawStats {
+            pixels_tested: own.tested,
+            pixels_written: own.written,
+            pixels_lit: if is_lit { own.written } else { 0 },
+            ..DrawStats::default()
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::pipeline::plan::Part;
 use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::shade::{FaceShade, ShadingFrequency};
 use crate::pipeline::tile::{
-    BlendedFace, BlendedTexture, Exponent, FRAME_LIMITS, FaceLighting, FastLight, FogParams, MaterialLighting,
+    BlendedFace, BlendedTexture, FRAME_LIMITS, FaceLighting, FastLight, FogParams, MaterialLighting,
 };
 use crate::scene::{FillStyle, Material, ShadeMode};
 use glam::DVec3;
@@ -78,6 +78,11 @@ pub(crate) fn blended_unsupported_reason(call: &DrawCall, target: &Target) -> Op
     (!is_sized).then_some("the frame is too narrow, too wide or too high for vectors: the plain path")
 }
 
+/// Returns a vector as a record of a table.
+fn corner(v: DVec3) -> [f32; 4] {
+    v.extend(0.0).as_vec4().to_array()
+}
+
 /// Returns a material's address, by which its lighting is found.
 fn address(material: &Material) -> usize {
     std::ptr::from_ref(material).addr()
@@ -105,44 +110,13 @@ impl PreparedDraw<'_> {
                     if lightings.iter().any(|l| l.0 == address(material)) {
                         continue;
                     }
-                    let mut lights = recycled.pop().unwrap_or_default();
-                    match self.lighting_of(material, frame.origin, &mut lights) {
-                        Some(lighting) => {
-                            lightings.push((address(material), MaterialLighting { lights, ..lighting }))
-                        }
-                        None => recycled.push(lights),
+                    let point = |p| p - frame.origin;
+                    if let Some(lighting) = self.material_lighting(material, point, |d| d, recycled) {
+                        lightings.push((address(material), lighting));
                     }
                 }
             }
         }
-    }
-
-    /// Returns a material's lighting in world axes relative to `origin`, with its lights in
-    /// `lights`; `None` if a value is out of range for f32.
-    fn lighting_of(
-        &self,
-        material: &Material,
-        origin: DVec3,
-        lights: &mut Vec<FastLight>,
-    ) -> Option<MaterialLighting> {
-        lights.clear();
-        let constant = self.lighting.constant(material);
-        let (diffuse, specular) = (f32s(constant.diffuse_ambient), f32s(constant.specular_emissive));
-        let is_finite = diffuse.iter().chain(&specular).all(|c| c.abs() < 1e30);
-        let exponent = match material.ks == DVec3::ZERO {
-            true => Exponent::Integer(0),
-            false => Exponent::new(material.n)?,
-        };
-        if self.lighting.depends_on_point(material) {
-            self.lighting.fast(material, |p| p - origin, |d| d, lights)?;
-        }
-        is_finite.then_some(MaterialLighting {
-            diffuse,
-            specular,
-            lights: Vec::new(),
-            exponent,
-            model: material.model,
-        })
     }
 
     /// Returns a face for the vector kernels; `None` if the plain path must draw it, because its
@@ -161,18 +135,23 @@ impl PreparedDraw<'_> {
         let fog = match &shade.fog {
             None => None,
             Some((fog, eye)) if fog.visibility_range > 0.0 => {
-                Some((FogParams::new(fog, [0.0; 3])?, shade.positions.map(|p| f32s(p - *eye))))
+                Some((FogParams::new(fog, [0.0; 3])?, shade.positions.map(|p| corner(p - *eye))))
             }
             Some(_) => None,
         };
-        let inputs = |lit: &LitColor| [f32s(lit.diffuse_ambient), f32s(lit.specular_emissive)];
+        let parts = |lit: &LitColor| [lit.diffuse_ambient, lit.specular_emissive];
         let face_lighting = match &shade.light {
-            ShadingFrequency::Constant(lit) => FaceLighting::Solid(inputs(lit)),
-            ShadingFrequency::Vertices(lit) => FaceLighting::Corners(lit.each_ref().map(inputs)),
+            ShadingFrequency::Constant(lit) => {
+                let [diffuse, specular] = parts(lit).map(f32s);
+                FaceLighting::Solid(MaterialLighting::constant(diffuse, specular))
+            }
+            ShadingFrequency::Vertices(lit) => {
+                FaceLighting::Corners([0, 1].map(|part| lit.each_ref().map(|lit| corner(parts(lit)[part]))))
+            }
             ShadingFrequency::Pixels { material, normals, .. } => FaceLighting::Pixels {
                 lighting: &setup.lightings.iter().find(|l| l.0 == address(material))?.1,
-                normals: normals.map(f32s),
-                positions: shade.positions.map(|p| f32s(p - setup.origin)),
+                normals: normals.map(corner),
+                positions: shade.positions.map(|p| corner(p - setup.origin)),
                 to_viewer: setup.to_viewer,
             },
         };

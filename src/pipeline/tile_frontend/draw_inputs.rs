@@ -11,7 +11,8 @@ use crate::pipeline::indexed_mesh::IndexedMesh;
 use crate::pipeline::plan::Part;
 use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::tile::{
-    ColorSource, DepthEncoder, DepthF64, DrawJob, Eye, FogParams, MaterialBinding, Shading, ToScreen, Winding,
+    ColorSource, DepthEncoder, DepthF64, DrawJob, Eye, FogParams, FragmentShader, MaterialBinding, Shading,
+    ToScreen, Winding,
 };
 use crate::scene::{Cull, Interpolation, ShadeMode};
 use crate::simd::Level;
@@ -131,6 +132,8 @@ impl PreparedDraw<'_> {
         let has_colors = !self.call.geometry.mesh.colors.is_empty();
         let runs_colors = has_colors && matches!(source, ColorSource::Pixels(_) | ColorSource::Constant);
         let has_depth = self.plan.uses(Part::DepthMemory);
+        let positions: &[[f32; 4]] = if inputs.needs_positions { &tables.positions } else { &[] };
+        let is_affine = self.is_affine() && self.plan.uses(Part::PerspectiveDivision);
         work(&DrawJob {
             mesh: prepared,
             to_screen: self.to_screen(),
@@ -138,17 +141,22 @@ impl PreparedDraw<'_> {
             winding: inputs.winding,
             view: inputs.view,
             shading: Shading {
-                source,
-                eye: frame.eye,
+                shader: FragmentShader {
+                    source,
+                    eye: match frame.eye {
+                        Eye::Perspective { .. } if is_affine => Eye::Interpolated,
+                        eye => eye,
+                    },
+                    colors: if runs_colors { &prepared.colors } else { &[] },
+                    texcoords: &prepared.texcoords,
+                    positions,
+                    fog: inputs.fog,
+                    fog_positions: positions,
+                },
                 bindings: &inputs.bindings,
                 back: inputs.back,
                 back_facing: if self.assembler.mirrored { -1 } else { 1 },
-                fog: inputs.fog,
-                colors: if runs_colors { &prepared.colors } else { &[] },
-                texcoords: &prepared.texcoords,
-                positions: if inputs.needs_positions { &tables.positions } else { &[] },
-                is_affine: self.call.interp == Interpolation::Affine
-                    && self.plan.uses(Part::PerspectiveDivision),
+                is_affine,
                 flip_normal: inputs.flip_normal,
                 plain: &pixel,
             },

@@ -122,34 +122,10 @@ impl PreparedDraw<'_> {
         let wanted = sides.flat_map(|side| prepared.materials.iter().map(move |p| (side, *p)));
         for (side, polygon) in wanted {
             let (material, texture) = call.material_of(&mesh.polygons[polygon as usize], side);
-            let is_lit = self.lighting.depends_on_point(material);
-            let constant = self.lighting.constant(material);
-            let mut lighting = MaterialLighting {
-                diffuse: f32s(constant.diffuse_ambient),
-                specular: f32s(constant.specular_emissive),
-                lights: Vec::new(),
-                exponent: Exponent::Integer(0),
-                model: material.model,
-            };
-            if is_lit {
-                if material.ks != DVec3::ZERO {
-                    lighting.exponent = Exponent::new(material.n)?;
-                }
-                let (place, turn) = (|p| frame.axes * (p - frame.origin), |d| frame.axes * d);
-                lighting.lights = recycled.pop().unwrap_or_default();
-                let carried = self.lighting.fast(material, place, turn, &mut lighting.lights);
-                if carried.is_none() {
-                    recycled.push(lighting.lights);
-                    return None;
-                }
-            }
-            let finite = |v: [f32; 3]| v.iter().all(|c| c.abs() < 1e30);
-            let is_finite = finite(lighting.diffuse) && finite(lighting.specular);
+            let (place, turn) = (|p| frame.axes * (p - frame.origin), |d| frame.axes * d);
+            let lighting = self.material_lighting(material, place, turn, recycled)?;
             let shade = texture.map(|t| TextureSampler::new(t, t.sampling(call.sampling)));
             bindings.push(MaterialBinding { lighting, texture: shade });
-            if !is_finite {
-                return None;
-            }
             if let Some(texture) = texture {
                 let texels = texture.width().max(texture.height()) as f64;
                 let run = prepared.longest_texcoord_run * texels;
@@ -161,6 +137,35 @@ impl PreparedDraw<'_> {
             }
         }
         Some(())
+    }
+
+    /// Returns a material with its lights, which `point` and `direction` transform to shading space;
+    /// `None` if a value is out of range for f32. Its list of lights is one of `recycled`.
+    pub(super) fn material_lighting(
+        &self,
+        material: &Material,
+        point: impl Fn(DVec3) -> DVec3,
+        direction: impl Fn(DVec3) -> DVec3,
+        recycled: &mut Vec<Vec<FastLight>>,
+    ) -> Option<MaterialLighting> {
+        let constant = self.lighting.constant(material);
+        let (diffuse, specular) = (f32s(constant.diffuse_ambient), f32s(constant.specular_emissive));
+        let mut lighting = MaterialLighting::constant(diffuse, specular);
+        lighting.model = material.model;
+        if diffuse.iter().chain(&specular).any(|c| c.is_nan() || c.abs() >= 1e30) {
+            return None;
+        }
+        if self.lighting.depends_on_point(material) {
+            if material.ks != DVec3::ZERO {
+                lighting.exponent = Exponent::new(material.n)?;
+            }
+            lighting.lights = recycled.pop().unwrap_or_default();
+            if self.lighting.fast(material, point, direction, &mut lighting.lights).is_none() {
+                recycled.push(lighting.lights);
+                return None;
+            }
+        }
+        Some(lighting)
     }
 
     /// Computes the tables that lighting needs, and returns the source of colours.
