@@ -7,10 +7,11 @@
         fb.fill([(10, 10), (90, 20), (50, 80)], "red", "lime", "blue")
         fb.snapshot("picture.png")
 
-Commands are buffered and sent by a query, when the buffer is full, or by `flush`. A colour is a
-string of the command language ("rrggbb", "rrggbbaa", "gg", a CSS name) or a tuple of 3 or 4 bytes. A
-refused command raises `CommandError` at the next call that waits for a reply. `SharedMemory` maps the
-file of `fbptr serve --shm PATH`.
+Each verb of the protocol is a method of its name in lower case; `Client` has handier forms of some,
+and further methods beside them. Commands are buffered and sent by a query, when the buffer is full,
+or by `flush`. A colour is a string of the command language ("rrggbb", "rrggbbaa", "gg", a CSS name)
+or a tuple of 3 or 4 bytes. A refused command raises `CommandError` at the next call that waits for
+a reply. `SharedMemory` maps the file of `fbptr serve --shm PATH`.
 """
 
 import mmap
@@ -49,7 +50,403 @@ def _number(value):
     return repr(float(value)) if isinstance(value, float) else str(value)
 
 
-class Client:
+def _colour(value):
+    return None if value is None else colour(value)
+
+
+def _rgba(value):
+    """Returns the four bytes of a colour: 3 or 4 bytes, or "rrggbb", "rrggbbaa", "gg" in hex."""
+    if isinstance(value, str):
+        value = bytes.fromhex(value * 3 if len(value) == 2 else value)
+    data = bytes(value)
+    if len(data) not in (3, 4):
+        raise ValueError("a colour has 3 or 4 bytes, not %d" % len(data))
+    return data + b"\xff" if len(data) == 3 else data
+
+
+def _bytes(data):
+    """Returns the bytes of a payload: text as UTF-8, an array's memory, bytes unchanged."""
+    if isinstance(data, str):
+        return data.encode("utf-8")
+    return data.tobytes() if hasattr(data, "tobytes") else bytes(data)
+
+
+def _hex(data):
+    return data if isinstance(data, str) else bytes(data).hex()
+
+
+def _run(rgba):
+    """Returns the bytes of a run of pixels: their number, and R, G, B, A of each."""
+    data = _bytes(rgba)
+    if len(data) % 4:
+        raise ValueError("a run has 4 bytes a pixel, not %d in all" % len(data))
+    return struct.pack("<I", len(data) // 4) + data
+
+
+def _words(*words):
+    """Returns words in one list: sequences are spread, `None` is left out."""
+    spread = []
+    for word in words:
+        if isinstance(word, (tuple, list)):
+            spread += _words(*word)
+        elif word is not None:
+            spread.append(word)
+    return spread
+
+
+class Verbs:
+    """One method a verb of the protocol, by its name in lower case.
+
+    A parameter is a word of the verb's form; `*parameters` are words in order, numbers also as
+    tuples. What a form has in brackets may be left out. A query returns the words of its reply
+    after the verb, or the bytes of its payload. `Client` replaces some methods by handier ones.
+    """
+
+    # Made from the verb table: BLESS=1 cargo test --test decoder python
+
+    def size(self):
+        """`SIZE`: answers SIZE width height."""
+        return self.ask("SIZE")
+
+    def pb(self, x, y, color):
+        """`PBxxyyrgba`: sets a pixel in ten bytes: PB, x and y as u16 little-endian, r, g, b, a;
+        no newline.
+        """
+        self._binary("PB", x, y, _rgba(color))
+
+    def pxmulti(self, x, y, rgba):
+        """`PXMULTIxxyynnnn`: then nnnn (u32) times rgba: a run of pixels from (x,y) on, wrapping
+        at row ends.
+        """
+        self._binary("PXMULTI", x, y, _run(rgba))
+
+    def offset(self, x, y):
+        """`OFFSET x y`: moves all later text PX of this connection; replaces the last."""
+        self._send_verb("OFFSET", x, y)
+
+    def stats(self):
+        """`STATS`: answers one line of key=value."""
+        return self.ask("STATS")
+
+    def quit(self):
+        """`QUIT`: ends the connection."""
+        self._send_verb("QUIT")
+
+    def poke(self, offset, hexbytes):
+        """`POKE offset hexbytes`: writes bytes; offset = (width*y + x)*4, bytes R G B A."""
+        self._send_verb("POKE", offset, _hex(hexbytes))
+
+    def peek(self, offset, n):
+        """`PEEK offset n`: answers PEEK offset hexbytes."""
+        return self.ask("PEEK", offset, n)
+
+    def blit(self, x, y, w, h, rgba):
+        """`BLIT x y w h :N`: draws a rectangle of RGBA rows, N = w*h*4 bytes."""
+        self._send_verb("BLIT", x, y, w, h, payload=rgba)
+
+    def read(self, x, y, w, h):
+        """`READ x y w h`: answers READ x y w h :N and the RGBA rows."""
+        return self._ask_bytes("READ", x, y, w, h)
+
+    def copy(self, sx, sy, w, h, dx, dy):
+        """`COPY sx sy w h dx dy`: copies a rectangle, as through a temporary copy."""
+        self._send_verb("COPY", sx, sy, w, h, dx, dy)
+
+    def points(self, packed):
+        """`POINTS :N`: draws packed pixels, 8 bytes each: x and y as u16 little-endian, r, g, b,
+        a.
+        """
+        self._send_verb("POINTS", payload=packed)
+
+    def crc(self, x=None, y=None, w=None, h=None):
+        """`CRC [x y w h]`: answers CRC xxxxxxxx, the CRC-32 of the RGBA bytes."""
+        return self.ask("CRC", *_words(x, y, w, h))
+
+    def clear(self, colour=None):
+        """`CLEAR [colour]`: fills the frame (default 000000ff) and clears the depth."""
+        self._send_verb("CLEAR", _colour(colour))
+
+    def line(self, x0, y0, x1, y1, c0, c1=None):
+        """`LINE x0 y0 x1 y1 c0 [c1]`: draws a line, both ends lit; with c1 the colour runs from
+        c0 to c1.
+        """
+        self._send_verb("LINE", x0, y0, x1, y1, _colour(c0), _colour(c1))
+
+    def tri(self, x0, y0, x1, y1, x2, y2, c0, c1=None, c2=None):
+        """`TRI x0 y0 x1 y1 x2 y2 c0 [c1 c2]`: draws a triangle's three lines."""
+        self._send_verb("TRI", x0, y0, x1, y1, x2, y2, _colour(c0), _colour(c1), _colour(c2))
+
+    def fill(self, x0, y0, x1, y1, x2, y2, c0, c1=None, c2=None):
+        """`FILL x0 y0 x1 y1 x2 y2 c0 [c1 c2]`: fills a triangle, colours interpolated; reals."""
+        self._send_verb("FILL", x0, y0, x1, y1, x2, y2, _colour(c0), _colour(c1), _colour(c2))
+
+    def rect(self, x, y, w, h, c):
+        """`RECT x y w h c`: draws the border of a rectangle."""
+        self._send_verb("RECT", x, y, w, h, _colour(c))
+
+    def fillrect(self, x, y, w, h, c):
+        """`FILLRECT x y w h c`: fills the pixels with centres in [x,x+w) x [y,y+h); reals."""
+        self._send_verb("FILLRECT", x, y, w, h, _colour(c))
+
+    def circle(self, cx, cy, r, c):
+        """`CIRCLE cx cy r c`: draws a circle about a pixel."""
+        self._send_verb("CIRCLE", cx, cy, r, _colour(c))
+
+    def fillcircle(self, cx, cy, r, c):
+        """`FILLCIRCLE cx cy r c`: fills the pixel centres nearer than r to a point; reals."""
+        self._send_verb("FILLCIRCLE", cx, cy, r, _colour(c))
+
+    def poly(self, c, *points):
+        """`POLY c x0 y0 [x1 y1 ...]`: draws a closed outline."""
+        self._send_verb("POLY", _colour(c), *points)
+
+    def fillpoly(self, c, *points):
+        """`FILLPOLY c x0 y0 [x1 y1 ...]`: fills a polygon, even-odd; reals."""
+        self._send_verb("FILLPOLY", _colour(c), *points)
+
+    def text(self, x, y, c, utf8):
+        """`TEXT x y c :N`: writes N bytes of UTF-8 in 8x8 letters from the upper left corner
+        (x,y).
+        """
+        self._send_verb("TEXT", x, y, _colour(c), payload=utf8)
+
+    def lineaa(self, x0, y0, x1, y1, c):
+        """`LINEAA x0 y0 x1 y1 c`: draws an anti-aliased line by exact coverage; reals."""
+        self._send_verb("LINEAA", x0, y0, x1, y1, _colour(c))
+
+    def blend(self, mode):
+        """`BLEND replace|over`: stores colours as they are, or composes them source-over."""
+        self._send_verb("BLEND", mode)
+
+    def mesh(self, name, *source, payload=None):
+        """`MESH name OBJ :N`: makes a mesh from the N bytes of an OBJ file.
+
+        `MESH name BOX [x y z]`: makes a box (2 2 2).
+
+        `MESH name SPHERE [r]`: makes a sphere (1).
+
+        `MESH name CONE [r h]`: makes a cone (1 2).
+
+        `MESH name CYLINDER [r h]`: makes a cylinder (1 2).
+
+        `MESH name TEAPOT [level]`: makes Newell's teapot, each patch cut level x level.
+
+        `MESH name KNOT nu nv`: makes a torus knot of nu x nv quads.
+        """
+        self._send_verb("MESH", name, *source, payload=payload)
+
+    def tex(self, name, file):
+        """`TEX name :N`: makes a texture from the N bytes of a PNG or JPEG file."""
+        self._send_verb("TEX", name, payload=file)
+
+    def scene(self, x3d):
+        """`SCENE X3D :N`: replaces camera, lights and objects by those of an X3D file."""
+        self._send_verb("SCENE", "X3D", payload=x3d)
+
+    def eye(self, name, json):
+        """`EYE name :N`: makes an N-dimensional scene from JSON."""
+        self._send_verb("EYE", name, payload=json)
+
+    def free(self, name):
+        """`FREE name`: forgets a mesh, texture or scene."""
+        self._send_verb("FREE", name)
+
+    def load(self, kind, *name_and_path):
+        """`LOAD MESH|TEX name path`: loads a file of the server's own folder.
+
+        `LOAD SCENE path`: loads an X3D file of the server's own folder.
+        """
+        self._send_verb("LOAD", kind, *name_and_path)
+
+    def lookat(self, ex, ey, ez, rx, ry, rz, ux, uy, uz):
+        """`LOOKAT ex ey ez rx ry rz ux uy uz`: puts the eye at e, looking at r, u up."""
+        self._send_verb("LOOKAT", ex, ey, ez, rx, ry, rz, ux, uy, uz)
+
+    def perspective(self, fov, near, far, on_smaller_side=False):
+        """`PERSPECTIVE fov near far [FOVMIN]`: sees in perspective; the angle is vertical, or on
+        the smaller side.
+        """
+        self._send_verb("PERSPECTIVE", fov, near, far, "FOVMIN" if on_smaller_side else None)
+
+    def plane(self, d, near, far):
+        """`PLANE d near far`: sees in perspective on a view plane at distance d."""
+        self._send_verb("PLANE", d, near, far)
+
+    def frustum(self, l, r, b, t, near, far):
+        """`FRUSTUM l r b t near far`: sees in perspective through a window at the near plane."""
+        self._send_verb("FRUSTUM", l, r, b, t, near, far)
+
+    def ortho(self, l, r, b, t, near, far):
+        """`ORTHO l r b t near far`: sees in parallel."""
+        self._send_verb("ORTHO", l, r, b, t, near, far)
+
+    def oblique(self, kind, angle, l, r, b, t, near, far):
+        """`OBLIQUE cavalier|cabinet angle l r b t near far`: sees in oblique parallel."""
+        self._send_verb("OBLIQUE", kind, angle, l, r, b, t, near, far)
+
+    def isometric(self, l, r, b, t, near, far):
+        """`ISOMETRIC l r b t near far`: sees isometrically."""
+        self._send_verb("ISOMETRIC", l, r, b, t, near, far)
+
+    def pseudoiso(self, l, r, b, t, near, far):
+        """`PSEUDOISO l r b t near far`: sees pseudo-isometrically."""
+        self._send_verb("PSEUDOISO", l, r, b, t, near, far)
+
+    def window(self, vrp, p, vup, cu, cv, su, sv, dp, near, far):
+        """`WINDOW vrp(3) p(3) vup(3) cu cv su sv dp near far`: sees by the viewing
+        transformation.
+        """
+        self._send_verb("WINDOW", vrp, p, vup, cu, cv, su, sv, dp, near, far)
+
+    def viewport(self, x, y, w, h, rule=None):
+        """`VIEWPORT x y w h [centres|corners]`: puts the picture into a part of the frame."""
+        self._send_verb("VIEWPORT", x, y, w, h, rule)
+
+    def identity(self):
+        """`IDENTITY`: resets the model matrix."""
+        self._send_verb("IDENTITY")
+
+    def push(self):
+        """`PUSH`: keeps the model matrix."""
+        self._send_verb("PUSH")
+
+    def pop(self):
+        """`POP`: brings back the model matrix kept last."""
+        self._send_verb("POP")
+
+    def translate(self, x, y, z):
+        """`TRANSLATE x y z`: multiplies the model matrix on the right, as the next four do."""
+        self._send_verb("TRANSLATE", x, y, z)
+
+    def rotate(self, ax, ay, az, angle):
+        """`ROTATE ax ay az angle`: turns about an axis, in radians."""
+        self._send_verb("ROTATE", ax, ay, az, angle)
+
+    def scale(self, x, y, z):
+        """`SCALE x y z`: scales along the axes."""
+        self._send_verb("SCALE", x, y, z)
+
+    def shear(self, xy, xz, yx, yz, zx, zy):
+        """`SHEAR xy xz yx yz zx zy`: shears: x' = x + xy*y + xz*z and so on."""
+        self._send_verb("SHEAR", xy, xz, yx, yz, zx, zy)
+
+    def matrix(self, *matrix):
+        """`MATRIX m00..m33`: sixteen numbers, row by row."""
+        self._send_verb("MATRIX", *matrix)
+
+    def ambient(self, *color):
+        """`AMBIENT r g b`: sets the ambient light; colours of light are 0..1 and above.
+
+        `AMBIENT name`: the same by a CSS name or #rrggbb; so may any r g b of LIGHT and
+        MATERIAL be given.
+        """
+        self._send_verb("AMBIENT", *color)
+
+    def light(self, index, *light):
+        """`LIGHT i POINT x y z r g b [c l q]`: puts a light at a point, fading by 1/(c + l d + q
+        d^2).
+
+        `LIGHT i DIR dx dy dz r g b`: lets light fall in a direction.
+
+        `LIGHT i SPOT x y z dx dy dz angle exponent r g b [c l q]`: puts a spot light.
+
+        `LIGHT i OFF`: takes a light away.
+        """
+        self._send_verb("LIGHT", index, *light)
+
+    def material(self, *material):
+        """`MATERIAL ka(3) kd(3) ks(3) n [emissive(3) [transparency]]`: says how surfaces answer
+        light.
+
+        `MATERIAL ka kd ks n [emissive [transparency]]`: the same with names of colours.
+        """
+        self._send_verb("MATERIAL", *material)
+
+    def texture(self, name, *sampling):
+        """`TEXTURE name|OFF [nearest|bilinear|mipmap|trilinear] [repeat|clamp]`: lays a texture
+        on what is drawn next.
+        """
+        self._send_verb("TEXTURE", name, *sampling)
+
+    def shade(self, mode):
+        """`SHADE wire|flat|gouraud|phong`: chooses how faces are coloured."""
+        self._send_verb("SHADE", mode)
+
+    def cull(self, mode):
+        """`CULL back|front|none`: chooses the faces to leave out."""
+        self._send_verb("CULL", mode)
+
+    def hide(self, mode):
+        """`HIDE zbuffer|painter|none`: chooses how hidden surfaces are found."""
+        self._send_verb("HIDE", mode)
+
+    def depth(self, format):
+        """`DEPTH u16|u24|u32|f32|reversed`: chooses how depth is stored, and clears it."""
+        self._send_verb("DEPTH", format)
+
+    def interp(self, mode):
+        """`INTERP perspective|affine`: chooses how values run across a face."""
+        self._send_verb("INTERP", mode)
+
+    def draw(self, name):
+        """`DRAW name`: draws a mesh."""
+        self._send_verb("DRAW", name)
+
+    def drawscene(self, time=None, sorted=False):
+        """`DRAWSCENE [time] [SORTED]`: draws the scene at a time, transparent faces in order or
+        sorted.
+        """
+        self._send_verb("DRAWSCENE", time, "SORTED" if sorted else None)
+
+    def draweye(self, name, x, y, w, h):
+        """`DRAWEYE name x y w h`: draws an N-dimensional scene into a rectangle."""
+        self._send_verb("DRAWEYE", name, x, y, w, h)
+
+    def quality(self, *quality):
+        """`QUALITY exact`: draws exactly.
+
+        `QUALITY max-error e`: draws the cheapest way that stays within e steps of colour.
+        """
+        self._send_verb("QUALITY", *quality)
+
+    def depthat(self, x, y):
+        """`DEPTHAT x y`: answers DEPTHAT x y z, 0 near and 1 far."""
+        return self.ask("DEPTHAT", x, y)
+
+    def pick(self, x, y):
+        """`PICK x y`: answers PICK x y name|none triangle."""
+        return self.ask("PICK", x, y)
+
+    def sync(self, tag):
+        """`SYNC tag`: answers SYNC tag when all before it is done."""
+        return self.ask("SYNC", tag)
+
+    def hello(self):
+        """`HELLO`: answers HELLO fbptr 1 width height stride rgba."""
+        return self.ask("HELLO")
+
+    def version(self):
+        """`VERSION`: answers VERSION and the program's version."""
+        return self.ask("VERSION")
+
+    def auto(self, mode):
+        """`AUTO on|off`: shows the memory as it changes, or only at PRESENT."""
+        self._send_verb("AUTO", mode)
+
+    def events(self, mode):
+        """`EVENTS on|off`: asks for EVENT lines: keys, text, mouse, resize, close."""
+        self._send_verb("EVENTS", mode)
+
+    def errors(self, mode):
+        """`ERRORS count|report|close`: settles whether errors are counted, reported, or end the
+        connection.
+        """
+        self._send_verb("ERRORS", mode)
+
+    # The end of what is made from the verb table
+
+
+class Client(Verbs):
     """A connection to a server: `address` is "host:port", ":port" (loopback) or "unix:PATH"."""
 
     def __init__(self, address="127.0.0.1:1234", timeout=30.0):
@@ -66,7 +463,7 @@ class Client:
         self._errors = []
         self._syncs = 0
         self._sent = 0
-        self.events = []
+        self._events = []
         #: Explanations of draws that showed nothing, as (line, byte, message).
         self.warnings = []
         self.command("ERRORS report")
@@ -109,6 +506,19 @@ class Client:
             self.flush()
         return place
 
+    def _send_verb(self, verb, *words, payload=None):
+        """Sends a verb with its words, spread as by `_words`, and its payload."""
+        data = None if payload is None else _bytes(payload)
+        return self.command(verb, *_words(*words), payload=data)
+
+    def _binary(self, verb, x, y, data):
+        """Sends a binary verb: x and y as u16, and further bytes."""
+        encoded = verb.encode("ascii") + struct.pack("<HH", x, y) + data
+        place = self._sent
+        self._sent += len(encoded)
+        self._send(encoded)
+        return place
+
     def _send(self, payload):
         if len(payload) < _FLUSH_AT:
             self._out += payload
@@ -143,7 +553,7 @@ class Client:
                 if self._errors[-1][1] == place:
                     self._raise_errors()
             elif words[0] == "EVENT":
-                self.events.append(words[1:])
+                self._events.append(words[1:])
             elif words[0] == "WARN":
                 self._keep_warning(words)
             elif words[0] == verb:
@@ -183,6 +593,33 @@ class Client:
         self._raise_errors()
         return data
 
+    def help(self):
+        """Returns the lines of `HELP`."""
+        self.command("HELP")
+        self._syncs += 1
+        end = "SYNC s%d" % self._syncs
+        self.command("SYNC", end[len("SYNC "):])
+        self.flush()
+        lines = []
+        while True:
+            line = self._replies.readline()
+            if not line.endswith(b"\n"):
+                self._raise_errors()
+                raise ConnectionError("the server ended the connection")
+            text = line[:-1].decode("utf-8", "replace")
+            words = text.split(" ")
+            if text == end:
+                self._raise_errors()
+                return lines
+            if words[0] == "ERR":
+                self._keep_error(words)
+            elif words[0] == "EVENT":
+                self._events.append(words[1:])
+            elif words[0] == "WARN":
+                self._keep_warning(words)
+            else:
+                lines.append(text)
+
     def sync(self):
         """Waits until everything sent so far has taken effect.
 
@@ -196,7 +633,7 @@ class Client:
 
     def listen(self, on=True):
         """Subscribes to the window's events, which `next_event` returns."""
-        self.command("EVENTS", "on" if on else "off")
+        self.events("on" if on else "off")
 
     def next_event(self):
         """Waits for the window's next event and returns its words, as ["mouse", "12", "30", "1"].
@@ -204,8 +641,8 @@ class Client:
         `None` when the server ends.
         """
         self.flush()
-        if self.events:
-            return self.events.pop(0)
+        if self._events:
+            return self._events.pop(0)
         timeout = self._socket.gettimeout()
         self._socket.settimeout(None)
         try:
@@ -241,6 +678,10 @@ class Client:
     def pixel(self, x, y, c):
         """Sets one pixel."""
         self.command("PX", x, y, colour(c))
+
+    def px(self, x, y, c=None):
+        """Sets one pixel, or returns its (r, g, b) where no colour is given."""
+        return self.get_pixel(x, y) if c is None else self.pixel(x, y, c)
 
     def get_pixel(self, x, y):
         """Returns the (r, g, b) of one pixel."""
@@ -292,6 +733,13 @@ class Client:
         """Returns the CRC-32 of the frame's (or a rectangle's) RGBA bytes."""
         return int(self.ask("CRC", *rect)[0], 16)
 
+    def snap(self, name):
+        """Writes the frame into the server's snapshot folder; returns (width, height, CRC-32)."""
+        if name == ":":
+            raise ValueError("`snapshot` returns the frame as a file")
+        words = self.ask("SNAP", name)
+        return int(words[1]), int(words[2]), int(words[3], 16)
+
     def snapshot(self, path=None):
         """Returns the frame as PNG bytes, and writes them to `path` if given."""
         data = self._ask_bytes("SNAP", ":")
@@ -302,44 +750,26 @@ class Client:
 
     # -- two dimensions
 
-    def line(self, x0, y0, x1, y1, c0, c1=None):
-        """Draws a Bresenham line; with c1 its colour is interpolated from c0 to c1."""
-        self.command("LINE", x0, y0, x1, y1, colour(c0), *([] if c1 is None else [colour(c1)]))
-
     def fill(self, points, *colours):
         """Fills a triangle of three (x, y) in real coordinates, with one colour or three."""
         flat = [v for p in points for v in p]
         self.command("FILL", *flat, *map(colour, colours))
 
-    def rect(self, x, y, w, h, c):
-        """Fills a rectangle."""
-        self.command("FILLRECT", x, y, w, h, colour(c))
-
-    def circle(self, cx, cy, r, c):
-        """Fills a circle."""
-        self.command("FILLCIRCLE", cx, cy, r, colour(c))
-
-    def text(self, x, y, c, text):
-        """Draws text in the built-in 8x8 font; (x, y) is its upper left corner."""
-        self.command("TEXT", x, y, colour(c), payload=text.encode("utf-8"))
-
     # -- three dimensions
 
-    def mesh(self, name, obj):
-        """Creates a mesh of this name from the bytes or the text of an OBJ file."""
-        self.command("MESH", name, "OBJ", payload=obj.encode("utf-8") if isinstance(obj, str) else bytes(obj))
+    def mesh(self, name, source, *sizes, payload=None):
+        """Creates a mesh of this name.
 
-    def texture(self, name, file):
-        """Creates a texture of this name from the bytes of a PNG or JPEG file."""
-        self.command("TEX", name, payload=bytes(file))
+        `source` is the bytes or the text of an OBJ file; or the word of a shape, as in
+        `mesh("m", "BOX", 1, 2, 3)`, or `"OBJ"` with the file as `payload`.
+        """
+        if payload is None and not (isinstance(source, str) and source.isalpha()):
+            source, payload = "OBJ", source
+        self._send_verb("MESH", name, source, *sizes, payload=payload)
 
     def look_at(self, eye, reference=(0, 0, 0), up=(0, 1, 0)):
         """Places the camera."""
         self.command("LOOKAT", *eye, *reference, *up)
-
-    def draw(self, name):
-        """Draws a mesh with the connection's camera, matrix, lights and material."""
-        self.command("DRAW", name)
 
     def depth_at(self, x, y):
         """Returns the depth of a pixel, 0 near to 1 far."""

@@ -83,6 +83,48 @@ class Drawing(unittest.TestCase):
             self.assertLess(fb.depth_at(32, 24), 1.0)
             self.assertEqual(fb.depth_at(0, 0), 1.0)
 
+    def test_every_verb_is_a_method(self):
+        with Client(self.address) as fb:
+            lines = fb.help()
+            self.assertIn("SIZE: answers SIZE width height", lines)
+            verbs = {re.match(r"PB|[A-Z]*", line).group() for line in lines} - {"", "M", "Q"}
+            self.assertIn("PXMULTI", verbs)
+            self.assertGreater(len(verbs), 70)
+            for verb in sorted(verbs):
+                self.assertTrue(callable(getattr(fb, verb.lower(), None)), verb)
+            self.assertEqual(fb.get_pixel(0, 0), fb.px(0, 0))
+
+    def test_words_are_left_out_spread_and_made_of_values(self):
+        with Client(self.address) as fb:
+            fb.clear("000000")
+            fb.fillrect(1, 2, 3, 4.0, (1, 2, 3))
+            self.assertEqual(fb.read(1, 2, 3, 4), bytes((1, 2, 3, 255)) * 12)
+            fb.rect(0, 0, 64, 48, "red")
+            self.assertEqual((fb.px(63, 47), fb.px(1, 1)), ((255, 0, 0), (0, 0, 0)))
+            fb.poly("lime", (10, 10), (20, 10), [20, 20])
+            self.assertEqual((fb.px(15, 10), fb.px(20, 15)), ((0, 255, 0), (0, 255, 0)))
+            fb.px(5, 5, "blue")
+            self.assertEqual(fb.px(5, 5), (0, 0, 255))
+            fb.pb(6, 6, "80")
+            fb.pxmulti(7, 6, bytes((1, 2, 3, 4, 5, 6, 7, 8)))
+            self.assertEqual((fb.px(6, 6), fb.px(7, 6), fb.px(8, 6)), ((128,) * 3, (1, 2, 3), (5, 6, 7)))
+            fb.mesh("box", "BOX", 1, 1, 1)
+            fb.perspective(1, 0.1, 10, on_smaller_side=True)
+            fb.lookat(0, 0, 5, 0, 0, 0, 0, 1, 0)
+            fb.ambient(1, 1, 1)
+            fb.material("white", "white", "black", 1)
+            fb.light(0, "DIR", (0, 0, -1), "white")
+            fb.shade("flat")
+            fb.draw("box")
+            self.assertEqual(fb.px(32, 24), (255, 255, 255))
+            fb.scene("<X3D><Scene/></X3D>")
+            fb.blend("over")
+            self.assertEqual(len(fb.size()), 2)
+            self.assertEqual(fb.version()[0], "fbptr")
+            fb.sync()
+            with self.assertRaises(ValueError):
+                fb.pxmulti(0, 0, b"abc")
+
     def test_snapshots_are_png(self):
         with Client(self.address) as fb:
             data = fb.snapshot(os.path.join(self.folder.name, "a.png"))

@@ -103,7 +103,8 @@ impl<'a> Args<'a> {
         self.last
     }
 
-    fn refuse<T>(&self, code: Code, what: &str, word: &[u8]) -> Result<T, ParseError> {
+    /// Returns the error for the word taken last, which must be `what`.
+    pub fn refuse<T>(&self, code: Code, what: &str, word: &[u8]) -> Result<T, ParseError> {
         Err(ParseError::new(code, format!("argument {} must be {what}", self.taken), word))
     }
 
@@ -194,15 +195,6 @@ impl<'a> Args<'a> {
     /// Returns whether all of these words are valid colours of light.
     pub fn color_words_are_colors(&self) -> bool {
         words(self.rest).filter(|word| may_be_color(word)).all(|word| parse_light_color(word).is_some())
-    }
-
-    /// Takes a keyword that `find` accepts. `expected` lists the keywords for the error message.
-    pub fn keyword<T>(&mut self, expected: &str, find: impl Fn(&str) -> Option<T>) -> Result<T, ParseError> {
-        let word = self.word();
-        match std::str::from_utf8(word).ok().and_then(find) {
-            Some(value) => Ok(value),
-            None => self.refuse(Code::Args, expected, word),
-        }
     }
 
     /// Takes the next word if it is `keyword`, in either case, and returns whether it was.

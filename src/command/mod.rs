@@ -4,13 +4,17 @@
 //! in-process handle sends and what the decoder produces from a stream.
 
 mod args;
+mod arguments;
+mod arity;
 mod binary_pixels;
+mod codec;
 mod commands;
 mod decoder;
 mod encode;
+#[cfg(test)]
+mod example;
 mod help;
 mod long_line;
-mod parse;
 mod payload_pool;
 mod pixel_lexer;
 mod scan;
@@ -20,8 +24,10 @@ mod suggest;
 mod table;
 mod validate;
 mod verb;
+mod verb_macros;
 
 pub use crate::memory::{parse_color, parse_light_color};
+pub use arity::Arity;
 pub use commands::{
     AreaColors, Command, ErrorMode, Figure, FileKind, LightCommand, MeshSource, Quality, RampColor, RealRect,
     Rect, Shears, SnapTarget,
@@ -34,4 +40,4 @@ pub use sink::{BINARY_PIXEL_BYTES, Flow, Sink, StreamPosition, binary_pixel};
 pub use stream_error::{
     StreamError, Subject, format_error, format_fault, format_play_error, format_play_fault,
 };
-pub use verb::{Arity, Form, Group, Payload, Verb};
+pub use verb::{Encoding, Form, Group, Parameter, ParameterKind, Payload, Reply, Verb};

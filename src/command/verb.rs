@@ -1,38 +1,12 @@
-//! Rows of the verb table: a verb's name, arity, parser and HELP lines.
+//! Rows of the verb table: a verb's name, words, payload, reply and HELP lines.
+//!
+//! Everything that describes the language to others is derived from these rows: HELP, the protocol
+//! page, the Python client's methods, the fuzzer's dictionary.
 
-use super::args::{Args, ParseError};
+pub use super::arity::Arity;
+use super::codec::Parse;
 use super::commands::Command;
-use super::table::TABLE;
-
-/// Number of words that a verb takes after its name, `:N` not counted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Arity {
-    /// Exactly one of these numbers, in ascending order.
-    Of(&'static [usize]),
-    /// This many or more; the verb's own parser checks the exact number.
-    From(usize),
-}
-
-impl Arity {
-    /// Returns whether a line may have `count` words after its verb.
-    pub fn allows(self, count: usize) -> bool {
-        match self {
-            Arity::Of(arity) => arity.contains(&count),
-            Arity::From(least) => count >= least,
-        }
-    }
-
-    /// Returns the numbers in words, as in `takes 5 or 6 arguments`.
-    pub(super) fn in_words(self) -> String {
-        let numbers = match self {
-            Arity::From(least) => format!("{least} or more"),
-            Arity::Of([]) | Arity::Of([0]) => return "no arguments".to_owned(),
-            Arity::Of([1]) => return "1 argument".to_owned(),
-            Arity::Of(arity) => arity.iter().map(usize::to_string).collect::<Vec<_>>().join(" or "),
-        };
-        format!("{numbers} arguments")
-    }
-}
+use super::table::{PARSERS, TABLE};
 
 /// Payload rule of a verb: a payload is announced by `:N` at the end of the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,13 +19,75 @@ pub enum Payload {
     BySubject,
 }
 
+impl Payload {
+    /// Returns the rule of a verb that has an argument of each rule.
+    pub(super) const fn and(self, other: Payload) -> Payload {
+        match (self, other) {
+            (Payload::Never, rule) | (rule, Payload::Never) => rule,
+            (Payload::Always, _) | (_, Payload::Always) => Payload::Always,
+            (Payload::BySubject, Payload::BySubject) => Payload::BySubject,
+        }
+    }
+}
+
 /// Wire encoding of a verb's arguments.
-#[derive(Clone, Copy)]
-pub(super) enum Encoding {
-    /// A text line, read by this function after its words have been counted.
-    Text(fn(&mut Args<'_>) -> Result<Command, ParseError>),
-    /// A binary command, read by the framing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Encoding {
+    /// A line of text.
+    Text,
+    /// Bytes of a length that the verb knows, without a line.
     Binary,
+}
+
+/// Reply to a verb.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reply {
+    /// None.
+    Never,
+    /// A line that begins with the verb.
+    Line,
+    /// A line that begins with the verb and ends with `:N`, and N bytes.
+    Bytes,
+    /// Lines of text.
+    Lines,
+    /// A reply to some of its forms, as these say.
+    ByForm,
+}
+
+/// Kind of a parameter, for programs that write commands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ParameterKind {
+    /// Whole numbers.
+    Whole,
+    /// Reals.
+    Real,
+    /// Colours.
+    Color,
+    /// One name.
+    Name,
+    /// One of these keywords.
+    Keyword(&'static [&'static str]),
+    /// This keyword or nothing.
+    Flag(&'static str),
+    /// Bytes in hex, as one word.
+    Hex,
+    /// The bytes that follow the line or the header.
+    Payload,
+    /// Words that depend on each other, as the forms of the verb say.
+    Words,
+}
+
+/// Argument of a verb: a field of its command.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    /// The field's name.
+    pub name: &'static str,
+    /// Words of the syntax that stand for it.
+    pub syntax: &'static str,
+    /// Numbers of words that it takes.
+    pub arity: Arity,
+    /// Kind of its words.
+    pub kind: ParameterKind,
 }
 
 /// Category of a verb; HELP and the protocol page follow this order.
@@ -105,9 +141,14 @@ pub struct Verb {
     pub arity: Arity,
     /// Payload rule.
     pub payload: Payload,
+    /// Reply.
+    pub reply: Reply,
     /// Accepted syntaxes, for HELP and error messages.
     pub forms: &'static [Form],
-    pub(super) encoding: Encoding,
+    /// Arguments in order.
+    pub parameters: &'static [Parameter],
+    /// Encoding of the arguments.
+    pub encoding: Encoding,
 }
 
 impl std::fmt::Debug for Verb {
@@ -127,18 +168,24 @@ impl Eq for Verb {}
 impl Verb {
     /// Returns all verbs, in the order of HELP.
     pub fn all() -> &'static [Verb] {
-        &TABLE
+        TABLE
     }
 
     /// Returns the verb of a text line that begins with `word`, in either case. Binary verbs are
     /// not found.
     #[inline]
     pub fn find(word: &[u8]) -> Option<&'static Verb> {
+        Verb::find_parser(word).map(|(verb, _)| verb)
+    }
+
+    /// Returns the verb as [`Verb::find`] does, and the parser of its arguments.
+    #[inline]
+    pub(super) fn find_parser(word: &[u8]) -> Option<(&'static Verb, Parse<Command>)> {
         let mut slot = hash(word);
         loop {
-            let verb = &TABLE[INDEX[slot].checked_sub(1)? as usize];
-            if verb.name.as_bytes().eq_ignore_ascii_case(word) {
-                return matches!(verb.encoding, Encoding::Text(_)).then_some(verb);
+            let row = INDEX[slot].checked_sub(1)? as usize;
+            if TABLE[row].name.as_bytes().eq_ignore_ascii_case(word) {
+                return PARSERS[row].map(|parse| (&TABLE[row], parse));
             }
             slot = (slot + 1) % INDEX.len();
         }
@@ -203,7 +250,7 @@ mod tests {
     #[test]
     fn every_text_verb_is_found_in_either_case_and_no_binary_one() {
         for verb in Verb::all() {
-            let expected = matches!(verb.encoding, Encoding::Text(_)).then_some(verb);
+            let expected = (verb.encoding == Encoding::Text).then_some(verb);
             assert_eq!(Verb::find(verb.name.as_bytes()), expected, "{}", verb.name);
             assert_eq!(Verb::find(verb.name.to_lowercase().as_bytes()), expected, "{}", verb.name);
             assert_eq!(Verb::named(verb.name), Some(verb));
@@ -229,7 +276,7 @@ mod tests {
     #[test]
     fn no_text_verb_begins_with_the_reserved_letters() {
         for verb in Verb::all() {
-            let text = matches!(verb.encoding, Encoding::Text(_));
+            let text = verb.encoding == Encoding::Text;
             assert!(!text || !verb.name.starts_with("PB"), "{}", verb.name);
             assert!(verb.name.bytes().all(|b| b.is_ascii_uppercase()), "{}", verb.name);
         }
@@ -272,7 +319,7 @@ mod tests {
 
     #[test]
     fn the_counts_are_those_of_the_templates() {
-        for verb in Verb::all().iter().filter(|v| matches!(v.encoding, Encoding::Text(_))) {
+        for verb in Verb::all().iter().filter(|v| v.encoding == Encoding::Text) {
             for form in verb.forms {
                 assert_eq!(form.syntax.split(' ').next(), Some(verb.name));
                 assert!(!form.about.is_empty() && form.about.is_ascii() && form.syntax.is_ascii());
@@ -286,10 +333,7 @@ mod tests {
                 }
             }
             let all: Vec<_> = verb.forms.iter().map(|f| arity_of(f.syntax)).collect();
-            let (least, most) = match verb.arity {
-                Arity::Of(arity) => (arity[0], arity.last().copied()),
-                Arity::From(least) => (least, None),
-            };
+            let (least, most) = (verb.arity.least(), verb.arity.most());
             assert_eq!(all.iter().map(|c| c.0).min(), Some(least), "{}", verb.name);
             // Words after a name that chooses the form are counted by the form's own parser.
             if most.is_some() || all.len() == 1 {

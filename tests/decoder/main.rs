@@ -4,11 +4,14 @@
 mod cuts;
 mod dictionary;
 mod framing;
+mod generated;
 mod light_colors;
 mod naive;
 mod page;
+mod python;
 mod recorder;
 mod roundtrip;
+mod table_lines;
 mod typed;
 mod valid_forms;
 mod verbs;

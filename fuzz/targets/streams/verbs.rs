@@ -4,6 +4,7 @@ use super::data::DataProvider;
 use super::payloads;
 use super::space::{camera, look, matrix};
 use super::words::{EYES, Extremes, MESHES, TEXTURES, Words};
+use fbptr::command::{Parameter, ParameterKind, Payload, Reply, Verb};
 use std::sync::LazyLock;
 
 /// A command as sent, and the beginning of its reply, if it has one.
@@ -12,18 +13,21 @@ pub struct Written {
     pub reply: Option<&'static str>,
 }
 
-/// Verbs, repeated by weight. Every verb of `HELP` but `SYNC` is here.
+/// Verbs, repeated by weight. Those of the verb table that have no weight here are added once;
+/// `SYNC` has its own place.
 pub static VERBS: LazyLock<Vec<&str>> = LazyLock::new(|| {
-    "HELP SIZE PX PX PX PB PXMULTI OFFSET STATS QUIT POKE PEEK BLIT BLIT READ COPY POINTS CRC \
-     CRC CLEAR LINE LINE LINE TRI FILL FILL FILL RECT FILLRECT CIRCLE FILLCIRCLE POLY \
-     FILLPOLY FILLPOLY TEXT LINEAA LINEAA BLEND MESH MESH MESH MESH TEX TEX SCENE SCENE EYE \
-     EYE FREE LOAD LOAD LOOKAT PERSPECTIVE PLANE FRUSTUM ORTHO OBLIQUE ISOMETRIC PSEUDOISO \
-     WINDOW VIEWPORT IDENTITY PUSH POP TRANSLATE ROTATE SCALE SHEAR MATRIX AMBIENT LIGHT \
-     LIGHT MATERIAL TEXTURE TEXTURE SHADE SHADE CULL HIDE DEPTH INTERP DRAW DRAW DRAW DRAW \
-     DRAW DRAWSCENE DRAWSCENE DRAWEYE DRAWEYE QUALITY DEPTHAT PICK HELLO VERSION AUTO PRESENT \
-     EVENTS ERRORS SNAP"
-        .split(' ')
-        .collect()
+    const WEIGHTED: &str = "HELP SIZE PX PX PX PB PXMULTI OFFSET STATS QUIT POKE PEEK BLIT BLIT READ COPY \
+        POINTS CRC CRC CLEAR LINE LINE LINE TRI FILL FILL FILL RECT FILLRECT CIRCLE FILLCIRCLE POLY \
+        FILLPOLY FILLPOLY TEXT LINEAA LINEAA BLEND MESH MESH MESH MESH TEX TEX SCENE SCENE EYE EYE FREE \
+        LOAD LOAD LOOKAT PERSPECTIVE PLANE FRUSTUM ORTHO OBLIQUE ISOMETRIC PSEUDOISO WINDOW VIEWPORT \
+        IDENTITY PUSH POP TRANSLATE ROTATE SCALE SHEAR MATRIX AMBIENT LIGHT LIGHT MATERIAL TEXTURE \
+        TEXTURE SHADE SHADE CULL HIDE DEPTH INTERP DRAW DRAW DRAW DRAW DRAW DRAWSCENE DRAWSCENE DRAWEYE \
+        DRAWEYE QUALITY DEPTHAT PICK HELLO VERSION AUTO PRESENT EVENTS ERRORS SNAP";
+    let mut verbs: Vec<&str> = WEIGHTED.split(' ').collect();
+    let others: Vec<&str> =
+        Verb::all().iter().map(|v| v.name).filter(|v| *v != "SYNC" && !verbs.contains(v)).collect();
+    verbs.extend(others);
+    verbs
 });
 
 /// Returns a random command. `SYNC` is written by the caller, with a tag of its own.
@@ -73,7 +77,17 @@ fn one(verb: &'static str, data: &mut DataProvider, extremes: Extremes) -> Writt
             matrix(verb, &mut w);
             None
         }
-        _ => rest(verb, &mut w),
+        "HELP" | "SIZE" | "STATS" | "HELLO" | "VERSION" | "QUIT" | "FREE" | "LOAD" | "DRAW" | "DRAWSCENE"
+        | "DRAWEYE" | "DEPTHAT" | "PICK" | "AUTO" | "EVENTS" | "PRESENT" | "ERRORS" | "SNAP" => {
+            rest(verb, &mut w)
+        }
+        _ => {
+            payload = by_table(verb, &mut w);
+            match Verb::named(verb).map(|v| v.reply) {
+                Some(Reply::Line | Reply::Bytes) => Some(verb),
+                _ => None,
+            }
+        }
     };
     let mut line = std::mem::take(&mut w.line);
     if let Some(payload) = &payload {
@@ -251,6 +265,35 @@ fn plane(verb: &str, w: &mut Words) {
                 };
             }
         }
+    }
+}
+
+/// Writes the words of a verb by the kinds of its parameters in the verb table, and returns its
+/// payload.
+fn by_table(verb: &str, w: &mut Words) -> Option<Vec<u8>> {
+    let verb = Verb::named(verb)?;
+    for parameter in verb.parameters {
+        parameter_words(parameter, w);
+    }
+    let bytes = w.data.below(12) * 8;
+    (verb.payload == Payload::Always).then(|| noise(w.data, bytes))
+}
+
+fn parameter_words(parameter: &Parameter, w: &mut Words) {
+    let most = parameter.arity.most().unwrap_or(12);
+    let counts: Vec<usize> =
+        (parameter.arity.least()..=most).filter(|n| parameter.arity.allows(*n)).collect();
+    for _ in 0..counts[w.data.below(counts.len())] {
+        match parameter.kind {
+            ParameterKind::Whole => w.whole(),
+            ParameterKind::Real => w.real(4.0, 8.0),
+            ParameterKind::Color => w.color(),
+            ParameterKind::Name => w.one_of(&MESHES),
+            ParameterKind::Keyword(list) => w.one_of(list),
+            ParameterKind::Flag(word) => w.word(word),
+            ParameterKind::Hex => w.one_of(&["00", "ff00ff00", "123", "zz"]),
+            ParameterKind::Payload | ParameterKind::Words => w.word(parameter.name),
+        };
     }
 }
 

@@ -193,7 +193,7 @@ fn is_too_long(line: &[u8]) -> bool {
 
 /// Returns the subject of a command that begins with `word`, binary verbs included.
 pub(super) fn binary_or_text(word: &[u8]) -> Subject {
-    match Verb::all().iter().find(|v| matches!(v.encoding, Encoding::Binary) && v.name.as_bytes() == word) {
+    match Verb::all().iter().find(|v| v.encoding == Encoding::Binary && v.name.as_bytes() == word) {
         Some(verb) => Subject::Known(verb),
         None => Subject::of(word),
     }

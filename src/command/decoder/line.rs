@@ -2,10 +2,11 @@
 
 use super::{Decoder, DecoderState};
 use crate::command::args::{Args, ParseError, is_blank};
+use crate::command::codec::Parse;
 use crate::command::commands::Command;
 use crate::command::sink::Sink;
 use crate::command::stream_error::{StreamError, Subject};
-use crate::command::verb::{Arity, Encoding, Payload, Verb};
+use crate::command::verb::{Payload, Verb};
 use crate::error::{Code, Fault};
 use crate::memory::{Rgba, parse_color};
 
@@ -56,11 +57,11 @@ impl Decoder {
         if length > self.limits.payload_bytes {
             return self.refuse_payload(Subject::of(word), length, rest, sink);
         }
-        let Some(verb) = Verb::find(word) else {
+        let Some((verb, parse)) = Verb::find_parser(word) else {
             let parse_error = ParseError::new(Code::Verb, "unknown verb", word);
             return self.refuse(Subject::of(word), parse_error, length, rest, sink);
         };
-        match read_command(verb, arguments, payload_length, word) {
+        match read_command(verb, parse, arguments, payload_length, word) {
             Ok(Command::Pixel { x, y, color }) => {
                 sink.pixel(x, y, color);
                 0
@@ -140,6 +141,7 @@ impl PayloadLength {
 /// Parses a text command's arguments, after a check of their number against the table.
 fn read_command(
     verb: &'static Verb,
+    parse: Parse<Command>,
     rest: &[u8],
     payload: Option<u64>,
     word: &[u8],
@@ -153,9 +155,6 @@ fn read_command(
         (Payload::Always, None) => return Err(missing(&args, word)),
         _ => {}
     }
-    let Encoding::Text(parse) = verb.encoding else {
-        return Err(ParseError::new(Code::Verb, "unknown verb", word));
-    };
     // Checked in place: moving the command out of its Result and back would copy it twice.
     let parsed = parse(&mut args);
     if let Ok(command) = &parsed {
@@ -166,9 +165,7 @@ fn read_command(
                 _ => {}
             }
         }
-        let checked =
-            command.validate_sizes().and_then(|()| command.validate_payload_length(payload.unwrap_or(0)));
-        checked.map_err(parse_error)?;
+        command.validate_head(payload.unwrap_or(0)).map_err(parse_error)?;
     }
     parsed
 }
@@ -185,10 +182,7 @@ pub(super) fn parse_error(fault: Fault) -> ParseError {
 /// Returns the error for a wrong number of words.
 fn wrong_count(verb: &Verb, args: &Args<'_>, word: &[u8]) -> ParseError {
     let found = args.count();
-    let most = match verb.arity {
-        Arity::Of(arity) => arity.last().copied().unwrap_or(0),
-        Arity::From(_) => usize::MAX,
-    };
+    let most = verb.arity.most().unwrap_or(usize::MAX);
     // The first word too many, or the last one before those that are missing.
     let blamed = match found.min(most) {
         0 if found == 0 => word,

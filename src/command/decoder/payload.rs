@@ -4,6 +4,7 @@ use super::framing::binary_or_text;
 use super::line::parse_error;
 use super::{Decoder, DecoderState};
 use crate::command::args::ParseError;
+use crate::command::codec::Codec;
 use crate::command::commands::Command;
 use crate::command::sink::{Flow, Sink, StreamPosition};
 use crate::command::stream_error::{StreamError, Subject};
@@ -213,7 +214,7 @@ fn deliver(mut command: Command, payload: Bytes<'_>, place: StreamPosition, sink
         _ => {}
     }
     let mut moved = None;
-    if let Some(own) = command.payload_mut() {
+    if let Some(own) = Codec::payload_mut(&mut command) {
         *own = match payload {
             Bytes::Borrowed(bytes) => bytes.to_vec(),
             // The command would hold a buffer with much unused capacity, which the decoder can
@@ -225,7 +226,7 @@ fn deliver(mut command: Command, payload: Bytes<'_>, place: StreamPosition, sink
             }
         };
     }
-    match command.validate_text() {
+    match command.validate_payload() {
         Ok(()) => {
             if let Some(held) = moved {
                 sink.payload_held(held);

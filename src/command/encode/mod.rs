@@ -4,12 +4,13 @@
 //! `rrggbb`. Some arguments are left out where they have their defaults.
 
 mod line;
-mod three_d;
 
+use super::codec::Codec;
 use super::commands::Command;
 use super::decoder::MAX_LINE_BYTES;
 use crate::error::{Code, Fault};
-use line::LineWriter;
+
+pub(super) use line::LineWriter;
 
 /// Reason why a command cannot be encoded.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -70,39 +71,21 @@ pub fn encode(command: &Command, out: &mut Vec<u8>) -> Result<(), EncodeError> {
 }
 
 fn write(command: &Command, out: &mut Vec<u8>) -> Result<(), EncodeError> {
-    let verb = command.verb();
-    match command {
-        Command::BinaryPixel { x, y, color } => {
-            out.extend_from_slice(b"PB");
-            out.extend_from_slice(&x.to_le_bytes());
-            out.extend_from_slice(&y.to_le_bytes());
-            out.extend_from_slice(color);
-            return Ok(());
-        }
-        Command::PixelRun { x, y, rgba } => {
-            let n = u32::try_from(rgba.len() / 4)
-                .map_err(|_| Fault::new(Code::TooBig, "a run has at most 4294967295 pixels"))?;
-            out.extend_from_slice(b"PXMULTI");
-            out.extend_from_slice(&x.to_le_bytes());
-            out.extend_from_slice(&y.to_le_bytes());
-            out.extend_from_slice(&n.to_le_bytes());
-            out.extend_from_slice(rgba);
-            return Ok(());
-        }
-        _ => {}
-    }
+    let (verb, payload) = (command.verb(), command.payload());
     let start = out.len();
     out.extend_from_slice(verb.as_bytes());
     let mut line = LineWriter::new(verb, out);
-    line.arguments(command)?;
-    if let Some(payload) = command.payload() {
-        line.word(format_args!(":{}", payload.len()));
+    Codec::write(command, &mut line)?;
+    if !line.is_binary() {
+        if let Some(payload) = payload {
+            line.word(format_args!(":{}", payload.len()));
+        }
+        let bytes = out.len() - start;
+        if bytes > MAX_LINE_BYTES {
+            return Err(EncodeError::LineTooLong { verb, bytes });
+        }
+        out.push(b'\n');
     }
-    let bytes = out.len() - start;
-    if bytes > MAX_LINE_BYTES {
-        return Err(EncodeError::LineTooLong { verb, bytes });
-    }
-    out.push(b'\n');
-    out.extend_from_slice(command.payload().unwrap_or(b""));
+    out.extend_from_slice(payload.unwrap_or(b""));
     Ok(())
 }

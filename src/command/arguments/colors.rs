@@ -1,0 +1,132 @@
+//! Colours of pixels, lines, areas and light.
+
+use super::{Argument, TextArgument, finite, light_form};
+use crate::command::args::{Args, ParseError};
+use crate::command::commands::{AreaColors, RampColor};
+use crate::command::encode::{EncodeError, LineWriter};
+use crate::command::verb::{Arity, ParameterKind};
+use crate::error::Fault;
+use crate::memory::Rgba;
+use glam::DVec3;
+
+impl Argument for Rgba {
+    type Value = Rgba;
+    const KIND: ParameterKind = ParameterKind::Color;
+    const WORDS: Arity = Arity::ONE;
+
+    fn write(color: &Rgba, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        line.color(*color);
+        Ok(())
+    }
+}
+
+impl TextArgument for Rgba {
+    #[inline]
+    fn read(args: &mut Args<'_>) -> Result<Rgba, ParseError> {
+        args.color()
+    }
+}
+
+/// A colour, opaque black unless given.
+pub struct ClearColor;
+
+impl Argument for ClearColor {
+    type Value = Rgba;
+    const KIND: ParameterKind = ParameterKind::Color;
+    const WORDS: Arity = Arity::ZERO.or(Arity::ONE);
+
+    fn write(color: &Rgba, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        Rgba::write(color, line)
+    }
+}
+
+impl TextArgument for ClearColor {
+    fn read(args: &mut Args<'_>) -> Result<Rgba, ParseError> {
+        if args.left() == 0 { Ok([0, 0, 0, 255]) } else { args.color() }
+    }
+}
+
+/// One colour, or those of both ends.
+impl Argument for RampColor {
+    type Value = RampColor;
+    const KIND: ParameterKind = ParameterKind::Color;
+    const WORDS: Arity = Arity::ONE.or(Arity::exactly(2));
+
+    fn write(color: &RampColor, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        line.color(color.from);
+        color.to.iter().for_each(|to| line.color(*to));
+        Ok(())
+    }
+}
+
+impl TextArgument for RampColor {
+    #[inline]
+    fn read(args: &mut Args<'_>) -> Result<RampColor, ParseError> {
+        let from = args.color()?;
+        let to = if args.left() == 0 { None } else { Some(args.color()?) };
+        Ok(RampColor { from, to })
+    }
+}
+
+/// One colour, or one for each corner.
+impl Argument for AreaColors {
+    type Value = AreaColors;
+    const KIND: ParameterKind = ParameterKind::Color;
+    const WORDS: Arity = Arity::ONE.or(Arity::exactly(3));
+
+    fn write(colors: &AreaColors, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        match colors {
+            AreaColors::One(color) => line.color(*color),
+            AreaColors::Three(colors) => colors.iter().for_each(|color| line.color(*color)),
+        }
+        Ok(())
+    }
+}
+
+impl TextArgument for AreaColors {
+    #[inline]
+    fn read(args: &mut Args<'_>) -> Result<AreaColors, ParseError> {
+        let first = args.color()?;
+        Ok(match args.left() {
+            0 => AreaColors::One(first),
+            _ => AreaColors::Three([first, args.color()?, args.color()?]),
+        })
+    }
+}
+
+/// The four bytes of a binary pixel.
+pub struct RawColor;
+
+impl Argument for RawColor {
+    type Value = Rgba;
+    const KIND: ParameterKind = ParameterKind::Color;
+
+    fn write(color: &Rgba, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        line.binary(color);
+        Ok(())
+    }
+}
+
+/// The colour of light as the only argument: three reals, or one word.
+pub struct LightColor;
+
+impl Argument for LightColor {
+    type Value = DVec3;
+    const KIND: ParameterKind = ParameterKind::Words;
+    const WORDS: Arity = Arity::at_least(1);
+
+    fn check_numbers(color: &DVec3) -> Result<(), Fault> {
+        finite(&color.to_array())
+    }
+
+    fn write(color: &DVec3, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        DVec3::write(color, line)
+    }
+}
+
+impl TextArgument for LightColor {
+    fn read(args: &mut Args<'_>) -> Result<DVec3, ParseError> {
+        let form = light_form(args, &[3], "AMBIENT r g b or its name")?;
+        args.light_color(form)
+    }
+}

@@ -1,0 +1,305 @@
+//! Whole numbers, reals, vectors, rectangles, and lists of them.
+
+use super::{Argument, TextArgument, finite, from_zero};
+use crate::command::args::{Args, ParseError};
+use crate::command::commands::{RealRect, Rect};
+use crate::command::encode::{EncodeError, LineWriter};
+use crate::command::verb::{Arity, ParameterKind};
+use crate::error::{Code, Fault};
+use glam::{DMat4, DVec3};
+
+impl Argument for i32 {
+    type Value = i32;
+    const KIND: ParameterKind = ParameterKind::Whole;
+    const WORDS: Arity = Arity::ONE;
+
+    fn write(value: &i32, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        line.word(value);
+        Ok(())
+    }
+}
+
+impl TextArgument for i32 {
+    #[inline]
+    fn read(args: &mut Args<'_>) -> Result<i32, ParseError> {
+        args.int()
+    }
+}
+
+impl Argument for f64 {
+    type Value = f64;
+    const KIND: ParameterKind = ParameterKind::Real;
+    const WORDS: Arity = Arity::ONE;
+
+    fn check_numbers(value: &f64) -> Result<(), Fault> {
+        finite(&[*value])
+    }
+
+    fn write(value: &f64, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        line.reals(&[*value]);
+        Ok(())
+    }
+}
+
+impl TextArgument for f64 {
+    #[inline]
+    fn read(args: &mut Args<'_>) -> Result<f64, ParseError> {
+        args.real()
+    }
+}
+
+/// Defines a number that must not be negative.
+macro_rules! size {
+    ($(#[$doc:meta])* $name:ident: $type:ty, $what:literal) => {
+        $(#[$doc])*
+        pub struct $name;
+
+        impl Argument for $name {
+            type Value = $type;
+            const KIND: ParameterKind = <$type>::KIND;
+            const WORDS: Arity = Arity::ONE;
+
+            fn check_numbers(value: &$type) -> Result<(), Fault> {
+                <$type>::check_numbers(value)
+            }
+
+            fn check_sizes(value: &$type) -> Result<(), Fault> {
+                from_zero($what, *value)
+            }
+
+            fn write(value: &$type, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+                <$type>::write(value, line)
+            }
+        }
+
+        impl TextArgument for $name {
+            #[inline]
+            fn read(args: &mut Args<'_>) -> Result<$type, ParseError> {
+                <$type>::read(args)
+            }
+        }
+    };
+}
+
+size! {
+    /// A radius in pixels.
+    Radius: i32, "radius"
+}
+size! {
+    /// A radius in reals.
+    RealRadius: f64, "radius"
+}
+size! {
+    /// A number of bytes.
+    ByteCount: i32, "byte count"
+}
+size! {
+    /// The index of a light.
+    LightIndex: i32, "light's index"
+}
+
+impl<T, const N: usize> Argument for [T; N]
+where
+    T: Argument<Value = T>,
+{
+    type Value = [T; N];
+    const KIND: ParameterKind = T::KIND;
+    const WORDS: Arity = T::WORDS.times(N);
+
+    fn check_numbers(values: &[T; N]) -> Result<(), Fault> {
+        values.iter().try_for_each(T::check_numbers)
+    }
+
+    fn write(values: &[T; N], line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        values.iter().try_for_each(|value| T::write(value, line))
+    }
+}
+
+impl<T, const N: usize> TextArgument for [T; N]
+where
+    T: TextArgument + Argument<Value = T> + Copy + Default,
+    [T; N]: Default,
+{
+    #[inline]
+    fn read(args: &mut Args<'_>) -> Result<[T; N], ParseError> {
+        let mut values = <[T; N]>::default();
+        for value in &mut values {
+            *value = T::read(args)?;
+        }
+        Ok(values)
+    }
+}
+
+impl<T> Argument for Vec<[T; 2]>
+where
+    T: Argument<Value = T>,
+{
+    type Value = Vec<[T; 2]>;
+    const KIND: ParameterKind = T::KIND;
+    const WORDS: Arity = Arity::at_least(2);
+
+    fn check_numbers(points: &Vec<[T; 2]>) -> Result<(), Fault> {
+        points.iter().try_for_each(<[T; 2]>::check_numbers)
+    }
+
+    fn check_content(points: &Vec<[T; 2]>) -> Result<(), Fault> {
+        match points.is_empty() {
+            true => Err(Fault::new(Code::Args, "there must be a point")),
+            false => Ok(()),
+        }
+    }
+
+    fn write(points: &Vec<[T; 2]>, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        points.iter().try_for_each(|point| <[T; 2]>::write(point, line))
+    }
+}
+
+/// Points after a colour, to the end of the line.
+impl<T> TextArgument for Vec<[T; 2]>
+where
+    T: TextArgument + Argument<Value = T> + Copy + Default,
+{
+    /// Requires an odd number of words: the colour and pairs.
+    fn expect(args: &Args<'_>) -> Result<(), ParseError> {
+        match args.count() {
+            count if count % 2 == 1 => Ok(()),
+            count => Err(ParseError::new(
+                Code::Args,
+                format!("takes a colour and pairs of coordinates, not {} numbers", count - 1),
+                args.nth_left(count - 1),
+            )),
+        }
+    }
+
+    fn read(args: &mut Args<'_>) -> Result<Vec<[T; 2]>, ParseError> {
+        (0..args.left() / 2).map(|_| <[T; 2]>::read(args)).collect()
+    }
+}
+
+impl Argument for DVec3 {
+    type Value = DVec3;
+    const KIND: ParameterKind = ParameterKind::Real;
+    const WORDS: Arity = Arity::exactly(3);
+
+    fn check_numbers(value: &DVec3) -> Result<(), Fault> {
+        finite(&value.to_array())
+    }
+
+    fn write(value: &DVec3, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        line.vectors(&[*value]);
+        Ok(())
+    }
+}
+
+impl TextArgument for DVec3 {
+    fn read(args: &mut Args<'_>) -> Result<DVec3, ParseError> {
+        args.vector()
+    }
+}
+
+/// A matrix, row by row.
+impl Argument for DMat4 {
+    type Value = DMat4;
+    const KIND: ParameterKind = ParameterKind::Real;
+    const WORDS: Arity = Arity::exactly(16);
+
+    fn check_numbers(matrix: &DMat4) -> Result<(), Fault> {
+        finite(&matrix.to_cols_array())
+    }
+
+    fn write(matrix: &DMat4, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        line.reals(&matrix.transpose().to_cols_array());
+        Ok(())
+    }
+}
+
+impl TextArgument for DMat4 {
+    fn read(args: &mut Args<'_>) -> Result<DMat4, ParseError> {
+        let rows: [f64; 16] = args.reals()?;
+        Ok(DMat4::from_cols_array(&rows).transpose())
+    }
+}
+
+impl Argument for Rect {
+    type Value = Rect;
+    const KIND: ParameterKind = ParameterKind::Whole;
+    const WORDS: Arity = Arity::exactly(4);
+
+    fn check_sizes(rect: &Rect) -> Result<(), Fault> {
+        from_zero("width", rect.w)?;
+        from_zero("height", rect.h)
+    }
+
+    fn write(rect: &Rect, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        line.ints(&[rect.x, rect.y, rect.w, rect.h]);
+        Ok(())
+    }
+}
+
+impl TextArgument for Rect {
+    #[inline]
+    fn read(args: &mut Args<'_>) -> Result<Rect, ParseError> {
+        let [x, y, w, h] = args.ints()?;
+        Ok(Rect { x, y, w, h })
+    }
+}
+
+/// A rectangle, or nothing for the whole frame.
+impl Argument for Option<Rect> {
+    type Value = Option<Rect>;
+    const KIND: ParameterKind = ParameterKind::Whole;
+    const WORDS: Arity = Arity::ZERO.or(Rect::WORDS);
+
+    fn check_sizes(rect: &Option<Rect>) -> Result<(), Fault> {
+        rect.iter().try_for_each(Rect::check_sizes)
+    }
+
+    fn write(rect: &Option<Rect>, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        rect.iter().try_for_each(|rect| Rect::write(rect, line))
+    }
+}
+
+impl TextArgument for Option<Rect> {
+    fn read(args: &mut Args<'_>) -> Result<Option<Rect>, ParseError> {
+        Ok(if args.left() == 0 { None } else { Some(Rect::read(args)?) })
+    }
+}
+
+impl Argument for RealRect {
+    type Value = RealRect;
+    const KIND: ParameterKind = ParameterKind::Real;
+    const WORDS: Arity = Arity::exactly(4);
+
+    fn check_numbers(rect: &RealRect) -> Result<(), Fault> {
+        finite(&[rect.x, rect.y, rect.w, rect.h])
+    }
+
+    fn check_sizes(rect: &RealRect) -> Result<(), Fault> {
+        from_zero("width", rect.w)?;
+        from_zero("height", rect.h)
+    }
+
+    fn write(rect: &RealRect, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        line.reals(&[rect.x, rect.y, rect.w, rect.h]);
+        Ok(())
+    }
+}
+
+impl TextArgument for RealRect {
+    #[inline]
+    fn read(args: &mut Args<'_>) -> Result<RealRect, ParseError> {
+        let [x, y, w, h] = args.reals()?;
+        Ok(RealRect { x, y, w, h })
+    }
+}
+
+/// Two bytes of a binary command, little-endian.
+impl Argument for u16 {
+    type Value = u16;
+    const KIND: ParameterKind = ParameterKind::Whole;
+
+    fn write(value: &u16, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        line.binary(&value.to_le_bytes());
+        Ok(())
+    }
+}
