@@ -138,6 +138,8 @@
 //! The modules below are listed by layer; imports go down only (`tests/cli/layers.rs` checks it).
 #![deny(unsafe_code)]
 #![deny(missing_docs)]
+// `unwrap` is for tests: code says why a value cannot be missing.
+#![cfg_attr(not(test), deny(clippy::unwrap_used))]
 
 // 0: numbers, kernels, threads, error codes
 pub mod cancel;
