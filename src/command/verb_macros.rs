@@ -9,19 +9,20 @@
 //! }
 //! ```
 //!
-//! - `Variant { .. }`, `Variant(..)` or `Variant`: the variant of `Enum` that the verb makes; several
-//!   are separated by `|`, the first one that takes the line's number of words is read.
+//! - `Variant { .. }`, `Variant(..)` or `Variant`: the variant of `Enum` that the verb makes;
+//!   several are separated by `|`, the first one that takes the line's number of words is read.
 //! - `["words"]`: the argument's words in the syntax, by default the field's name.
-//! - `= Kind`: the [`Argument`](super::arguments::Argument) that reads, checks and writes the field, by default its type.
-//! - `with pass = function`: a function in place of one pass of `Codec`(super::codec::Codec), for
+//! - `= Kind`: the [`Argument`](super::arguments::Argument) that reads, checks and writes the
+//!   field, by default its type.
+//! - `with pass = function`: a function in place of one pass of [`Codec`](super::codec::Codec), for
 //!   what depends on several arguments.
 //! - `-> Reply`: a variant of [`Reply`](super::verb::Reply), by default `Never`.
 //! - `"about"`: one line for HELP; or `["syntax": "about", ...]` for a verb of several forms.
 //!
-//! Out, by `language!`: the enums `Command` and `Figure` with `Codec`, `Codec` for `Projection`, the
-//! statics `TABLE` and `PARSERS`.
+//! Out, by `language!`: the enums `Command` and `Figure` with `Codec`, `Codec` for `Projection`,
+//! the static tables `TABLE` and `PARSERS`.
 
-/// The [`Argument`](super::arguments::Argument) of a field: the one that its row names, or its type.
+/// The kind of a field: the one that its row names, or its type.
 macro_rules! kind {
     ($type:ty) => {
         $type
@@ -129,7 +130,7 @@ macro_rules! parser {
     }};
 }
 
-/// The statics `TABLE` and `PARSERS`, one element a verb.
+/// The static tables `TABLE` and `PARSERS`, one element a verb.
 macro_rules! table {
     ($( $group:ident $encoding:ident $target:ident {$(
         $verb:ident
@@ -360,8 +361,8 @@ macro_rules! figures {
     () => {};
     ($($rows:tt)+) => {
         command_enum! {
-            /// Line, area or text of two dimensions. Each variant is the verb that its documentation
-            /// shows.
+            /// Line, area or text of two dimensions. Each variant is the verb that its
+            /// documentation shows.
             Figure [] $($rows)+
         }
         codec! { Figure [] $($rows)+ }
@@ -374,7 +375,7 @@ macro_rules! projections {
     ($($rows:tt)+) => { codec! { Projection [] $($rows)+ } };
 }
 
-/// Defines a command language: its enums, and the statics `TABLE` and `PARSERS`.
+/// Defines a command language: its enums, and the static tables `TABLE` and `PARSERS`.
 macro_rules! language {
     (nested $nested:tt; $($group:ident $encoding:ident $target:ident $rows:tt)*) => {
         table! { $($group $encoding $target $rows)* }
