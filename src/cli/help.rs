@@ -11,6 +11,12 @@ use std::path::{Path, PathBuf};
 /// Examples at the end of a subcommand's `--help`; a test parses each line.
 const EXAMPLES: &[(&str, &str)] = &[
     (
+        "tour",
+        "  fbptr tour
+  fbptr tour --headless --movie tour.apng --snap last.png
+  fbptr tour --headless --movie - | ffmpeg -i - tour.mp4",
+    ),
+    (
         "play",
         "  fbptr play demos/tour.fbs
   fbptr play demos/tour.fbs --headless --size 480x360 --snap tour.png
@@ -78,6 +84,7 @@ const EXAMPLES: &[(&str, &str)] = &[
 
 /// Examples at the end of the program's own `--help`.
 const EXAMPLES_OF_ALL: &str = "Examples:
+  fbptr                                     the tour: what this is, step by step
   fbptr play demos/tour.fbs                 a stream of commands, in a window
   fbptr serve                               a video memory that other programs draw into
   fbptr render model.obj -o model.png       a file as a picture

@@ -25,6 +25,7 @@ mod scene_file;
 mod send;
 mod serve;
 mod snap;
+mod tour;
 mod trace;
 mod usage;
 mod view;
@@ -39,13 +40,15 @@ pub use args::size::FrameSize;
 #[derive(Debug, Parser)]
 #[command(name = "fbptr", version, about, long_about = None)]
 pub struct Cli {
-    /// What to do.
+    /// What to do [default: tour]
     #[command(subcommand)]
-    command: Task,
+    command: Option<Task>,
 }
 
 #[derive(Debug, Subcommand)]
 enum Task {
+    /// See from one pixel to four dimensions in short steps; without a command as well
+    Tour(tour::Tour),
     /// Play a stream of commands, in a window or without one
     Play(play::Play),
     /// Time fixed workloads, each held to its truth first
@@ -98,7 +101,8 @@ pub fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return usage::ended(&error).into(),
     };
-    let status = match cli.command {
+    let status = match cli.command.unwrap_or_else(|| Task::Tour(tour::Tour::default())) {
+        Task::Tour(tour) => tour.run(),
         Task::Play(play) => play.run(),
         Task::Bench(bench) => bench.run(),
         Task::Report(report) => report.run(),

@@ -30,6 +30,9 @@ impl Viewer {
 
     /// Executes the action of a key.
     fn act(&mut self, action: Action) -> Option<Request> {
+        if self.act_in_tour(action) {
+            return None;
+        }
         match action {
             Action::Quit => return Some(Request::Quit),
             Action::Snapshot => return Some(Request::Snapshot),
@@ -182,7 +185,7 @@ impl Viewer {
         match &mut self.subject {
             Subject::Space(space) => Some(space.given_camera(self.wishes.time)),
             Subject::Replay(replay) => Some(replay.given_camera()),
-            Subject::Nd(_) => None,
+            Subject::Nd(_) | Subject::Tour(_) => None,
         }
     }
 
@@ -226,7 +229,7 @@ impl Viewer {
                 // A stream's author chooses the up direction, z for some.
                 Subject::Replay(_) => nearest_axis(camera.look_at.up),
                 // OBJ and X3D scenes are upright along y, however their cameras are tilted.
-                Subject::Space(_) | Subject::Nd(_) => DVec3::Y,
+                Subject::Space(_) | Subject::Nd(_) | Subject::Tour(_) => DVec3::Y,
             };
             self.wishes.navigator.orbit(&camera, up, yaw_rad, pitch_rad);
             self.is_stale = true;
@@ -298,7 +301,7 @@ impl Viewer {
         let Camera { look_at, mut projection } = match &mut self.subject {
             Subject::Space(space) => space.camera(&wishes),
             Subject::Replay(replay) => wishes.navigator.apply(&replay.given_camera(), None, aspect),
-            Subject::Nd(_) => return None,
+            Subject::Nd(_) | Subject::Tour(_) => return None,
         };
         // No command describes a window that adapts to the frame, so its adapted size is printed.
         if let Projection::OrthoContain { window, near, far } = projection {

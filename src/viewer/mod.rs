@@ -2,7 +2,7 @@
 //! time come in; a picture, an overlay and requests go out, so every key is tested without a
 //! screen.
 //!
-//! In: a [`Model`] (mesh, X3D document, N-dimensional scene, command stream), [`Key`]s, the pointer
+//! In: a [`Model`] (mesh, X3D document, N-dimensional scene, command stream, the tour), [`Key`]s, the pointer
 //! in frame pixels, elapsed time. Out: video memory, an [`Overlay`] that is never drawn into it,
 //! and [`Request`]s for a caller that can access files and windows.
 //!
@@ -22,10 +22,12 @@ mod replay;
 mod scene3d;
 mod status_lines;
 mod time;
+mod tour;
 
 pub use keys::{Action, BINDINGS, Binding, Key, Look, MOUSE, help_lines};
 pub use overlay::{Overlay, Zoom};
 pub use replay::MakeEngine;
+pub use tour::{FRAMES_PER_SECOND, MOVIE_FRAMES_PER_SECOND, MakeSizedEngine, SIZE as TOUR_SIZE};
 
 use crate::executor::Executor;
 use crate::eye::EyeScene;
@@ -44,6 +46,7 @@ use std::collections::HashSet;
 use std::sync::Arc;
 use std::time::Duration;
 use time::Rate;
+use tour::Tour;
 
 /// The contents to view.
 pub enum Model {
@@ -61,6 +64,8 @@ pub enum Model {
     /// A stream of commands, and the factory of the engine (of the frame's size) that it is played
     /// on.
     Stream(Arc<[u8]>, MakeEngine),
+    /// The built-in tour, and the factory of the engines that its steps are played on.
+    Tour(MakeSizedEngine),
 }
 
 /// Settings of a new viewer.
@@ -154,6 +159,7 @@ enum Subject {
     Space(Box<Space>),
     Nd(Box<Nd>),
     Replay(Box<Replay>),
+    Tour(Box<Tour>),
 }
 
 /// An interactive view of a [`Model`]; see the [module](self) documentation.
@@ -200,6 +206,7 @@ impl Viewer {
     pub fn frame_size(model: &Model) -> [u32; 2] {
         match model {
             Model::Eye(scene) => Nd::frame_size(scene),
+            Model::Tour(_) => TOUR_SIZE,
             _ => [640, 480],
         }
     }
@@ -212,7 +219,9 @@ impl Viewer {
         let ViewerOptions { name, size, time, fps, cull, renderer, pool } = options;
         let frame = ViewerFrame::new(size).map_err(|e| e.to_string())?;
         let other = VideoMemory::new(size[0], size[1]).map_err(|e| e.to_string())?;
-        let subject = Self::subject(model, &name, size, &pool);
+        let subject = Self::subject(model, &name, size, &pool)?;
+        // On a page of the tour nothing may cover the caption.
+        let shows_status = !matches!(subject, Subject::Tour(_));
         let frame_number = if time > 0.0 { (time * fps) as u64 } else { 0 };
         let mut viewer = Viewer {
             subject,
@@ -237,7 +246,7 @@ impl Viewer {
             pointer: None,
             buttons: 0,
             shows_help: false,
-            shows_status: true,
+            shows_status,
             shows_rate: false,
             shows_plan: false,
             inspects: false,
@@ -254,9 +263,9 @@ impl Viewer {
         }
     }
 
-    fn subject(model: Model, name: &str, size: [u32; 2], pool: &Executor) -> Subject {
+    fn subject(model: Model, name: &str, size: [u32; 2], pool: &Executor) -> Result<Subject, String> {
         let aspect = f64::from(size[0]) / f64::from(size[1]);
-        match model {
+        Ok(match model {
             Model::Mesh { geometry, is_open } => {
                 Subject::Space(Box::new(Space::new(SceneSource::Mesh { geometry, is_open }, name, aspect)))
             }
@@ -265,14 +274,18 @@ impl Viewer {
             }
             Model::Eye(scene) => Subject::Nd(Box::new(Nd::new(*scene, pool.clone()))),
             Model::Stream(bytes, make_engine) => Subject::Replay(Box::new(Replay::new(bytes, make_engine))),
-        }
+            Model::Tour(make_engine) => Subject::Tour(Box::new(Tour::new(make_engine)?)),
+        })
     }
 
     /// Shows another model from the same position, with the same settings, as after a change of the
     /// file.
     pub fn reload(&mut self, model: Model) {
         let size = [self.frame.memory.width(), self.frame.memory.height()];
-        let mut subject = Self::subject(model, &self.name, size, &self.pool);
+        let mut subject = match Self::subject(model, &self.name, size, &self.pool) {
+            Ok(subject) => subject,
+            Err(error) => return self.say(error),
+        };
         if let (Subject::Nd(old), Subject::Nd(new)) = (&self.subject, &mut subject) {
             new.take_place_of(old);
         }

@@ -16,6 +16,7 @@ impl Viewer {
                 Subject::Space(space) => space.draw(&self.wishes, &mut self.frame, &mut self.renderer),
                 Subject::Nd(nd) => nd.draw(&self.wishes, &mut self.frame),
                 Subject::Replay(replay) => replay.draw(&self.wishes, &mut self.frame),
+                Subject::Tour(tour) => tour.draw(&self.wishes, &mut self.frame.memory),
             };
             self.drawing_took = begun.elapsed();
             self.failure = drawn.err();
@@ -61,6 +62,7 @@ impl Viewer {
                         Subject::Space(space) => space.exact(&self.wishes, &self.frame),
                         Subject::Nd(nd) => nd.exact(&self.wishes, &self.frame),
                         Subject::Replay(replay) => replay.exact(&self.wishes, &self.frame),
+                        Subject::Tour(_) => Box::new(|| Err("the tour is compared with nothing".to_owned())),
                     };
                     self.exact.begin(self.version, work);
                 }

@@ -8,6 +8,7 @@ use super::Wishes;
 use super::difference::{Difference, Work};
 use super::frame::ViewerFrame;
 use crate::command::{Command, EndOfInput};
+use crate::memory::VideoMemory;
 use crate::pipeline::{RenderOptions, RenderPath, Renderer};
 use crate::scene::{Camera, QualityUse, ViewOverrides};
 use crate::server::{
@@ -32,7 +33,7 @@ pub(super) struct Replay {
 }
 
 /// A stream on its engine.
-struct Playing {
+pub(super) struct Playing {
     engine: Engine,
     stream: Stream,
     view_overrides: ViewOverrides,
@@ -42,7 +43,8 @@ struct Playing {
 }
 
 impl Playing {
-    fn new(
+    /// Creates an engine on which nothing was played yet.
+    pub fn new(
         make_engine: &MakeEngine,
         view_overrides: ViewOverrides,
         path: RenderPath,
@@ -58,7 +60,7 @@ impl Playing {
     }
 
     /// Plays until `frames` frames were presented, or to the end.
-    fn play_to(&mut self, bytes: &[u8], frames: u64) {
+    pub fn play_to(&mut self, bytes: &[u8], frames: u64) {
         let budget = Budget { pace: Pace::OneFrame, ..Budget::NONE };
         let mut out = Output::default();
         while !self.has_ended && self.engine.frames() < frames {
@@ -80,6 +82,21 @@ impl Playing {
                 }
             }
         }
+    }
+
+    /// Returns the number of frames presented.
+    pub fn frames(&self) -> u64 {
+        self.engine.frames()
+    }
+
+    /// Returns the memory that the stream draws into.
+    pub fn memory(&self) -> &VideoMemory {
+        self.engine.memory()
+    }
+
+    /// Returns the first refused command's error.
+    pub fn first_error(&self) -> Option<String> {
+        self.errors.first().map(|error| error.play_line("line"))
     }
 
     /// Runs a query in a session of its own, and returns its reply or error as one line.

@@ -34,11 +34,15 @@ impl Viewer {
 
     /// Returns the help lines of the keys that have an effect on the current contents.
     fn help(&mut self) -> Vec<String> {
+        if matches!(self.subject, Subject::Tour(_)) {
+            return super::tour::help();
+        }
         let is_animated = self.is_animated();
         let (is_nd, is_spatial, has_hidden_axis) = match &mut self.subject {
             Subject::Space(_) => (false, true, false),
             Subject::Nd(nd) => (true, true, nd.has_hidden_axis()),
             Subject::Replay(replay) => (false, replay.is_spatial(), false),
+            Subject::Tour(_) => (false, false, false),
         };
         help_lines_of(is_nd, |action| match action {
             Action::Pause | Action::StepForward | Action::StepBack => is_animated,
@@ -62,7 +66,7 @@ impl Viewer {
                 let exact = match self.subject {
                     Subject::Space(_) => "the exact picture",
                     Subject::Nd(_) => "exact fibres",
-                    Subject::Replay(_) => "the plain path",
+                    Subject::Replay(_) | Subject::Tour(_) => "the plain path",
                 };
                 Some(match self.exact.of(self.version) {
                     None => format!("working out {exact} ..."),
@@ -117,6 +121,7 @@ impl Viewer {
             Subject::Space(space) => space.plan(&self.wishes, &mut self.frame),
             Subject::Nd(nd) => nd.plan(),
             Subject::Replay(replay) => replay.plan(),
+            Subject::Tour(_) => Vec::new(),
         };
         let (took, budget) = (self.drawing_took.as_secs_f64() * 1e3, 1e3 / self.fps);
         lines.push(format!("drawn in {took:.1} ms of the {budget:.1} ms that {} frames/s leave", self.fps));
@@ -149,6 +154,7 @@ impl Viewer {
             Subject::Space(space) => space.inspect(&self.frame, x, y),
             Subject::Nd(nd) => nd.inspect(&self.frame, x as u32, y as u32),
             Subject::Replay(replay) => replay.inspect(x, y),
+            Subject::Tour(_) => Vec::new(),
         });
         Some(Zoom { side: ZOOM_SIDE, colors, lines, belongs_left: x >= width as i32 / 2 })
     }

@@ -6,6 +6,9 @@ use std::time::Duration;
 /// Time for which a message is shown.
 const MESSAGE_TIME: Duration = Duration::from_secs(4);
 
+/// Most frames of the tour between two pictures.
+const MOST_TOUR_FRAMES: i64 = 3;
+
 /// Frame rate measurement: pictures drawn since a time, and the last measured rate.
 #[derive(Default)]
 pub(super) struct Rate {
@@ -21,6 +24,7 @@ impl Viewer {
             Subject::Space(space) => space.is_animated(),
             Subject::Nd(_) => false,
             Subject::Replay(replay) => replay.is_animated(),
+            Subject::Tour(_) => true,
         }
     }
 
@@ -45,13 +49,17 @@ impl Viewer {
         self.passed += by.as_secs_f64() * self.fps;
         let frames = self.passed.floor();
         self.passed -= frames;
-        self.step(frames as i64);
+        // Every frame of the tour is played to reach the next: where that takes longer than the
+        // frame lasts, the tour goes slower.
+        let most = if matches!(self.subject, Subject::Tour(_)) { MOST_TOUR_FRAMES } else { i64::MAX };
+        self.step((frames as i64).min(most));
     }
 
     /// Moves time by `frames`, forwards or backwards.
     pub fn step(&mut self, frames: i64) {
         let last = match &self.subject {
             Subject::Replay(replay) => replay.last_frame().unwrap_or(u64::MAX),
+            Subject::Tour(tour) => tour.last_frame(),
             _ => u64::MAX,
         };
         let frame = self.wishes.frame.saturating_add_signed(frames).min(last);

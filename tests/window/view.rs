@@ -49,8 +49,13 @@ fn keysym(key: Key) -> String {
 
 /// Starts `fbptr view` on the screen; returns the process and its window.
 fn view(screen: &Screen, folder: &Path, file: &str, size: &str) -> (Guard, String) {
+    start(screen, folder, &["view", file, "--size", size])
+}
+
+/// Starts the program on the screen; returns the process and its window.
+fn start(screen: &Screen, folder: &Path, arguments: &[&str]) -> (Guard, String) {
     let child = Command::new(env!("CARGO_BIN_EXE_fbptr"))
-        .args(["view", file, "--size", size])
+        .args(arguments)
         .current_dir(folder)
         .env("DISPLAY", &screen.display)
         .env_remove("WAYLAND_DISPLAY")
@@ -257,6 +262,28 @@ fn a_drag_orbits_the_wheel_zooms_and_a_changed_file_is_shown() {
     let before = settled(&screen, &id);
     std::fs::write(&file, KNOT.replace("KNOT 60 12", "TEAPOT 6")).expect("written");
     wait_for("the new file", || (shown(&screen, &id) != before).then_some(()));
+}
+
+#[test]
+fn without_a_command_the_tour_opens_and_keys_lead_through_it() {
+    let folder = Folder::new("tour");
+    let Some(screen) = Screen::start(&folder.0) else { return };
+    let (mut tour, id) = start(&screen, &folder.0, &[]);
+    assert_eq!(screen.place(&id)[2..], [960, 540]);
+    // Time stands still, so that only keys lead on.
+    screen.xdotool(&["key", "space", "R"]);
+    let first = settled(&screen, &id);
+    screen.xdotool(&["key", "Right"]);
+    wait_for("the second step", || (shown(&screen, &id) != first).then_some(()));
+    let second = settled(&screen, &id);
+    screen.xdotool(&["key", "Left"]);
+    wait_for("the first step again", || (shown(&screen, &id) == first).then_some(()));
+    screen.xdotool(&["key", "Right"]);
+    wait_for("the second step again", || (shown(&screen, &id) == second).then_some(()));
+    screen.xdotool(&["key", "Escape"]);
+    let status = wait_for("the end", || tour.0.try_wait().expect("a status"));
+    assert!(status.success(), "{status}");
+    assert!(!folder.0.join("tour.png").exists(), "nothing is saved where there is a window");
 }
 
 #[test]

@@ -24,7 +24,7 @@ pub const ROOMS: Edges = &[
             "save", "scene",
         ],
     ),
-    ("viewer", &["command", "executor", "eye", "load", "memory", "pipeline", "scene", "server"]),
+    ("viewer", &["command", "draw2d", "executor", "eye", "load", "memory", "pipeline", "scene", "server"]),
     // The viewer shows how far a picture is from the exact one.
     ("viewer::scene3d", &["truth"]),
     // The experiments compare every path with the exact pictures.
