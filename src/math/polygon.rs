@@ -177,6 +177,46 @@ mod tests {
         assert_eq!(triangulate(&flat(&[(1., 1.); 5])).len(), 3);
     }
 
+    #[test]
+    fn the_reflex_corner_may_be_any() {
+        let arrow = [(0., 0.), (4., 0.), (1., 1.), (0., 4.)];
+        for first in 0..4 {
+            let points = flat(&[0, 1, 2, 3].map(|i| arrow[(first + i) % 4]));
+            // Only the diagonal from the reflex corner lies inside.
+            let reflex = (6 - first) % 4;
+            let cut = triangulate(&points);
+            let area = |t: &[u32; 3]| newell_normal(&t.map(|i| points[i as usize])).z / 2.0;
+            assert!(cut.iter().all(|t| t.contains(&(reflex as u32)) && area(t) == 2.0), "{first}: {cut:?}");
+        }
+    }
+
+    #[test]
+    fn a_corner_within_a_side_makes_no_convex_polygon_concave() {
+        let square = [(0., 0.), (1., 0.), (2., 0.), (2., 2.), (0., 2.)];
+        let fan = [[0, 1, 2], [0, 2, 3], [0, 3, 4]];
+        assert_eq!(triangulate(&flat(&square)), fan);
+        let reversed: Vec<DVec3> = flat(&square).into_iter().map(|p| DVec3::new(p.y, p.x, 0.0)).collect();
+        assert_eq!(triangulate(&reversed), fan);
+    }
+
+    #[test]
+    fn polygons_without_a_normal_are_fanned() {
+        // A figure eight whose halves cancel, in each plane of two axes.
+        let eight = [(0., 0.), (2., 2.), (2., 0.), (0., 2.)];
+        for turn in 0..3 {
+            let points: Vec<DVec3> = eight
+                .iter()
+                .map(|&(a, b)| {
+                    let mut p = DVec3::ZERO;
+                    (p[turn], p[(turn + 1) % 3]) = (a, b);
+                    p
+                })
+                .collect();
+            assert_eq!(newell_normal(&points), DVec3::ZERO);
+            assert_eq!(triangulate(&points), [[0, 1, 2], [0, 2, 3]], "{turn}");
+        }
+    }
+
     /// The definition, one corner at a time: after each cut, all corners are checked again from the
     /// second on.
     fn plain_ears(flat: &[[f64; 2]]) -> Vec<[u32; 3]> {

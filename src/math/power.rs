@@ -109,6 +109,9 @@ mod tests {
         assert_eq!((log2(0.0), log2(1.0), log2(8.0), log2(0.25)), (f64::NEG_INFINITY, 0.0, 3.0, -2.0));
         assert!(log2(-1.0).is_nan() && log2(f64::NAN).is_nan() && pow(f64::NAN, 2.0).is_nan());
         assert_eq!((exp2(-2000.0), exp2(1024.0), exp2(10.0)), (0.0, f64::INFINITY, 1024.0));
+        // Below the normal numbers it is 0, without subnormal results in between.
+        assert_eq!(exp2(-1022.0), f64::MIN_POSITIVE);
+        assert_eq!([(-1022.0f64).next_down(), -1030.0, -1e5, -1e300].map(exp2), [0.0; 4]);
         assert!((log2(5e-324) + 1074.0).abs() < 1e-12);
         assert!((exp2(1023.5) / libm::exp2(1023.5) - 1.0).abs() < 4e-16);
     }

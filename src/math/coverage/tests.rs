@@ -203,6 +203,21 @@ proptest! {
 }
 
 #[test]
+fn a_rectangle_of_centres_on_an_edge_is_full_where_the_edge_owns_them() {
+    // A top edge through the centres of row 0 and a left edge through those of column 0 own them.
+    let upper_left = SnappedTriangle::new([[0.5, 0.5], [20.5, 0.5], [0.5, 20.5]]);
+    let filling = |t: &SnappedTriangle, x0, y0, x1, y1| t.filling(PixelRect { x0, y0, x1, y1 });
+    for (x1, y1) in [(1, 1), (9, 1), (1, 9), (9, 9)] {
+        assert_eq!(filling(&upper_left, 0, 0, x1, y1), Filling::All, "{x1} {y1}");
+    }
+    // A bottom edge and a right edge do not.
+    let lower_right = SnappedTriangle::new([[20.5, 20.5], [0.5, 20.5], [20.5, 0.5]]);
+    assert_eq!(filling(&lower_right, 12, 20, 20, 21), Filling::None);
+    assert_eq!(filling(&lower_right, 20, 12, 21, 20), Filling::None);
+    assert_eq!(filling(&lower_right, 12, 12, 20, 20), Filling::All);
+}
+
+#[test]
 fn what_fills_a_rectangle_and_what_misses_it_is_known_from_its_corners() {
     let triangle = SnappedTriangle::new([[0.0, 0.0], [100.0, 0.0], [0.0, 100.0]]);
     let filling = |x0, y0, x1, y1| triangle.filling(PixelRect { x0, y0, x1, y1 });
