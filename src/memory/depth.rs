@@ -329,6 +329,12 @@ mod tests {
     }
 
     #[test]
+    fn its_size_is_that_of_all_words() {
+        let bytes = |format| DepthMemory::new(30, 20, format).size_bytes();
+        assert_eq!([DepthFormat::F32, DepthFormat::U24, DepthFormat::U16].map(bytes), [2400, 2400, 1200]);
+    }
+
+    #[test]
     fn a_clear_is_seen_at_once_however_late_the_words_are_stored() {
         for (width, format) in [(5, DepthFormat::F32), (700, DepthFormat::U24), (300, DepthFormat::U16)] {
             let far = format.encode(1.0, 0.0);

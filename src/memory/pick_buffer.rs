@@ -68,6 +68,7 @@ mod tests {
     #[test]
     fn remembers_the_last_face_and_nothing_off_the_frame() {
         let mut ids = PickBuffer::new(3, 2);
+        assert_eq!((ids.width(), ids.height(), ids.size_bytes()), (3, 2, 48));
         ids.set(4, 7, 0);
         ids.set(4, 8, 1);
         assert_eq!((ids.get(1, 1), ids.get(0, 0)), (Some((8, 1)), None));

@@ -115,6 +115,11 @@ fn the_header_says_what_the_layout_promises() {
     assert_eq!([8, 12, 16, 20, 24, 28].map(word), [1, 4096, 300, 200, 1200, 1]);
     assert_eq!((word(32), word(36), word(48)), (77, 0, std::process::id()));
     assert_eq!(bytes.len(), 4096 + 300 * 200 * 4);
+    // The map ends where the file does.
+    let read = |at: usize| shared.map.word_at(at).load(Relaxed);
+    let word = |at: usize| std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| read(at))).ok();
+    assert_eq!(word(bytes.len() - 4), Some(u32::from_ne_bytes(VideoMemory::CLEAR)));
+    assert_eq!(word(bytes.len()), None, "beyond the end");
     let text = std::str::from_utf8(&bytes[256..4096]).unwrap().split('\0').next().unwrap();
     assert!(text.starts_with("frame=00000000000000000077\ndoorbell=00000000000000000000\nmagic=FBPTRSHM\n"));
     assert!(text.contains("\nwidth=300\nheight=200\nstride=1200\n"), "{text}");
