@@ -212,6 +212,18 @@ mod tests {
         assert_eq!(lit(&m, 255), [(2, 2)]);
     }
 
+    #[test]
+    fn numbers_that_are_not_finite_draw_nothing() {
+        let mut m = memory(4, 4);
+        m.take_damage();
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            fill_circle(&mut m, [bad, 2.0], 9.0, [255; 4], Blend::Replace).unwrap();
+            fill_circle(&mut m, [2.0, bad], 9.0, [255; 4], Blend::Replace).unwrap();
+            fill_circle(&mut m, [2.0, 2.0], bad.abs(), [255; 4], Blend::Replace).unwrap();
+        }
+        assert!(!m.is_damaged());
+    }
+
     const RADIUS_3: &str = "
 ...........
 ...####....

@@ -120,6 +120,31 @@ mod tests {
     }
 
     #[test]
+    fn a_carriage_return_takes_no_room() {
+        let drawn = |utf8: &[u8]| {
+            let mut m = memory(40, 8);
+            text(&mut m, [0, 0], utf8, [255; 4], Blend::Replace).unwrap();
+            picture(&m)
+        };
+        assert_eq!(drawn(b"\ra\rb\r"), drawn(b"ab"));
+    }
+
+    #[test]
+    fn pieces_of_a_text_are_the_text() {
+        let utf8 = "Aé\u{1F600}b\ncçd".as_bytes();
+        let (mut whole, mut pieces) = (memory(40, 16), memory(40, 16));
+        text(&mut whole, [0, 0], utf8, [255; 4], Blend::Replace).unwrap();
+        let mut cursor = TextCursor::new([0, 0]);
+        let mut ends = vec![cursor.bytes()];
+        while !text_piece(&mut pieces, &mut cursor, utf8, [255; 4], Blend::Replace, 4).unwrap() {
+            ends.push(cursor.bytes());
+        }
+        // A piece of four bytes, or less by the character that would be cut.
+        assert_eq!((ends, cursor.bytes()), (vec![0, 3, 7, 10], utf8.len()));
+        assert_eq!(pieces.bytes(), whole.bytes());
+    }
+
+    #[test]
     fn text_is_cut_at_the_frame_and_composed_once() {
         let mut complete = memory(64, 48);
         text(&mut complete, [20, 20], b"Wg\nQ@", [255, 255, 255, 100], Blend::Over).unwrap();

@@ -268,6 +268,61 @@ fn bands_of_threads_draw_what_one_thread_does() {
 }
 
 #[test]
+fn the_rows_of_bands_are_those_that_were_drawn() {
+    // Enough lines for several threads, all in rows 7 to 30: within the first and the second band,
+    // and between the bands of five threads.
+    let all: Vec<Line> = (0..4_000)
+        .map(|i| Line { p0: [i % 50, 7 + i % 24], p1: [i % 37, 7 + i % 13], color: WHITE })
+        .collect();
+    for threads in [2, 5] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut m = memory(60, 40);
+        m.take_damage();
+        lines_on(&Executor::of_pool(Some(pool.into())), &mut m, &all, Blend::Replace);
+        assert_eq!(m.take_damage(), 7..31, "{threads} threads");
+    }
+}
+
+/// A line that notes on which thread it is read.
+#[derive(Clone, Copy)]
+struct Noted<'a>(Line, &'a std::sync::Mutex<std::collections::HashSet<std::thread::ThreadId>>);
+impl From<Noted<'_>> for Line {
+    fn from(noted: Noted) -> Line {
+        noted.1.lock().unwrap().insert(std::thread::current().id());
+        noted.0
+    }
+}
+
+#[test]
+fn many_lines_are_drawn_by_the_threads_of_the_pool_and_few_by_the_caller() {
+    let threads_of = |count: usize| {
+        let threads = std::sync::Mutex::default();
+        let all: Vec<Noted> = crowd(count).into_iter().map(|line| Noted(line, &threads)).collect();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+        lines_on(&Executor::of_pool(Some(pool.into())), &mut memory(60, 40), &all, Blend::Replace);
+        drop(all);
+        threads.into_inner().unwrap()
+    };
+    let caller = std::thread::current().id();
+    assert!(!threads_of(5_000).contains(&caller));
+    assert!(threads_of(5).into_iter().eq([caller]));
+}
+
+#[test]
+fn ramps_of_many_steps_are_exact_at_every_pixel() {
+    // Between 2^16 steps and the longest line; each passes many integers inside the frame.
+    let (c0, c1) = ([0, 255, 3, 200], [255, 0, 250, 200]);
+    for (p0, p1) in [([-30_000, 0], [36_000, 1]), ([40_000, 1], [-30_001, 0]), ([-70_000, 0], [70_000, 1])] {
+        let (mut m, mut want) = (memory(16_000, 2), memory(16_000, 2));
+        line(&mut m, p0, p1, RampColor { from: c0, to: Some(c1) }, Blend::Replace);
+        for (x, y, k) in asked_by_pixel(p0, p1, 16_000, 2) {
+            want.put_pixel(x, y, ramp_at(c0, c1, p0[0].abs_diff(p1[0]).into(), k));
+        }
+        assert!(m.bytes() == want.bytes(), "{p0:?} {p1:?}");
+    }
+}
+
+#[test]
 fn a_line_clipped_to_bands_is_the_line() {
     // Each row by itself: rows of the unclipped line, computed one at a time.
     let mut marked = 0;
