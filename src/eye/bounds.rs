@@ -310,6 +310,48 @@ mod tests {
     }
 
     #[test]
+    fn the_pixel_at_which_a_facet_ends_sees_it_whichever_way_its_place_was_rounded() {
+        for n in 2..64 {
+            for j in 0..i64::from(n) {
+                // Exactly on the direction of pixel j: d = 5/4, S = 2.
+                let end = [(5 * i64::from(n)) as f64, (4 * (i64::from(n) - 1 - 2 * j)) as f64];
+                let far = 9.0 * end[0];
+                let facet = |other: f64| [[end[0], end[1], 0.0], [end[0], other, far], [end[0], other, -far]];
+                let columns = |other: f64| {
+                    let pixels = pixel_box(&facet(other), &screen(&[n, 2], [0.0; 3])).expect("it is seen");
+                    i64::from(pixels[0][0])..i64::from(pixels[0][1])
+                };
+                let (left, right) = (columns(far), columns(-far));
+                assert_eq!((left, right), (0..j + 1, j..i64::from(n)), "{j} of {n}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_closed_aperture_shows_what_touches_it() {
+        // It stands on h = 0, to either side; and slightly above it.
+        let wall = |first: f64, side: f64| {
+            let h = [first, first, first + 4.0].map(|h| side * h);
+            [[3.0, 9.0, h[0]], [3.0, -9.0, h[1]], [3.0, 0.0, h[2]]]
+        };
+        let closed = screen(&[5], [0.0; 3]);
+        for side in [1.0, -1.0] {
+            assert_eq!(pixel_box(&wall(0.0, side), &closed), Some([[0, 5], [0, 1], [0, 1]]));
+            assert_eq!(pixel_box(&wall(1e-9, side), &closed), None);
+        }
+    }
+
+    #[test]
+    fn bounds_of_a_smaller_facet_are_smaller_by_as_much() {
+        let v = [[0.7, 0.9, -0.3, 0.2], [0.5, -0.8, 0.1, 0.4], [0.9, 0.3, 0.6, -0.7], [0.4, 0.1, -0.5, 0.3]];
+        let direction = unit([0.9, 0.1, 0.2, -0.1]);
+        let bounds = |v: &[[f64; 4]; 4], farthest| [along(v, &direction, farthest), nearest(v, farthest)];
+        let (small, whole) = (libm::exp2(-20.0), bounds(&v, 1.25));
+        assert!(whole.iter().all(|b| *b > 0.1), "{whole:?}");
+        assert_eq!(bounds(&v.map(|p| p.map(|x| x * small)), 1.25 * small), whole.map(|b| b * small));
+    }
+
+    #[test]
     fn a_wall_that_the_eye_nearly_touches_has_no_bound_beyond_it() {
         // x_0 = 2^-30 on all of it, and it extends to 1 on all sides: the products of the slanted
         // direction cancel.

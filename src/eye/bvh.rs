@@ -148,3 +148,82 @@ impl<const N: usize> Bvh<N> {
 fn part_at(keys: &mut [(f64, u32)], half: usize) {
     keys.select_nth_unstable_by(half, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::nvec::{dot, unit, wedge};
+
+    /// Returns a triangle from the corner `at` along the axes, in one of three directions.
+    fn triangle(at: [f64; 3], size: f64, turn: usize) -> Occluder<3> {
+        let mut v = [at; 3];
+        v[1][turn % 3] += size;
+        v[2][(turn + 1) % 3] += size;
+        v[2][(turn + 2) % 3] += 0.3 * size;
+        let normal = unit(wedge(&[sub(&v[1], &v[0]), sub(&v[2], &v[0])], 3));
+        Occluder::new(&v, normal, dot(&normal, &v[0]))
+    }
+
+    #[test]
+    fn a_leaf_holds_neighbours() {
+        // At places 0 to 15 along axis 0, in another order, and of sizes in a third one.
+        let place = |k: u32| (k * 5 + 3) % 16;
+        let all: Vec<Occluder<3>> = (0..16)
+            .map(|k| triangle([f64::from(place(k)), 0.0, 0.0], 0.1 + 0.05 * f64::from(k * 7 % 16), 0))
+            .collect();
+        let bvh = Bvh::new(&all);
+        assert_eq!(bvh.boxes(), 7);
+        for (leaf, indices) in bvh.order.chunks(LEAF).enumerate() {
+            let mut places: Vec<u32> = indices.iter().map(|&k| place(k)).collect();
+            places.sort_unstable();
+            let first = 4 * leaf as u32;
+            assert_eq!(places, [first, first + 1, first + 2, first + 3]);
+        }
+    }
+
+    #[test]
+    fn what_lies_on_the_way_is_tested_and_little_else() {
+        let places = (0..216u32).map(|k| [k % 6, k / 6 % 6, k / 36].map(f64::from));
+        let all: Vec<Occluder<3>> =
+            places.zip(0..).map(|(at, k)| triangle(at, 0.3 + 0.02 * (k % 7) as f64, k)).collect();
+        let bvh = Bvh::new(&all);
+        let from_to = [
+            ([-1.0, -1.0, -1.0], [7.0, 6.5, 7.2]),
+            ([7.0, 3.0, -1.0], [-1.0, 2.0, 6.0]),
+            ([-1.0, 2.1, 3.1], [8.0, 2.1, 3.1]),
+            ([2.1, 2.05, 9.0], [2.1, 2.05, -1.0]),
+            // It ends in the first layer.
+            ([0.1, 0.1, -0.5], [0.1, 0.1, 0.2]),
+        ];
+        for (p, to) in from_to {
+            let targets = [
+                (LightTarget::Radial { position: to }, 1.0),
+                (LightTarget::Foot { position: to }, 1.0),
+                (LightTarget::Sun { direction: unit(sub(&p, &to)) }, 20.0),
+            ];
+            for (target, length) in targets {
+                let mut tested = Vec::new();
+                let found = bvh.find(&p, &target, |i| {
+                    tested.push(i);
+                    false
+                });
+                assert_eq!(found, None);
+                assert!(tested.len() < all.len() / 2, "{} of {}", tested.len(), all.len());
+                // Points on the way, and the boxes that hold one of them.
+                let way = sub(&to, &p);
+                let met = |occluder: &Occluder<3>| {
+                    (0..=4000).any(|step| {
+                        let u = length * f64::from(step) / 4000.0;
+                        (0..3).all(|a| (occluder.low[a]..=occluder.high[a]).contains(&(p[a] + u * way[a])))
+                    })
+                };
+                let on_the_way: Vec<u32> = (0..all.len() as u32).filter(|&i| met(&all[i as usize])).collect();
+                assert!(!on_the_way.is_empty());
+                for i in on_the_way {
+                    assert!(tested.contains(&i), "{i} on the way from {p:?} to {to:?}");
+                    assert_eq!(bvh.find(&p, &target, |k| k == i), Some(i));
+                }
+            }
+        }
+    }
+}

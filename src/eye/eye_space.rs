@@ -112,3 +112,20 @@ pub(super) fn exponent_of(x: f64) -> i32 {
 pub(super) fn rescale(x: f64, exponent: i32) -> f64 {
     libm::scalbn(x, -exponent).clamp(-1e300, 1e300)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::eye::test_scenes::scene;
+
+    #[test]
+    fn zero_has_one_sign_in_eye_space() {
+        let triangle = vec![vec![1.0, 0.0, 0.0], vec![1.0, 1.0, 0.0], vec![1.0, 0.0, 1.0]];
+        let eye = EyeSpace::<3>::new(&scene((1.0, 1.0, 0.0), &[1, 1], vec![triangle], vec![]), 0);
+        for x in [[-0.0, -1.0, -2.0], [-3.0, -0.0, -2.0], [-0.0, -0.0, -0.0], [0.0, 0.0, 0.0]] {
+            let point = eye.point(&x);
+            assert_eq!(point, x);
+            assert!(point.iter().all(|c| *c != 0.0 || c.is_sign_positive()), "{x:?}: {point:?}");
+        }
+    }
+}

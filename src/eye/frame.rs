@@ -315,3 +315,6 @@ fn doubt<const N: usize>(v: &[[f64; N]; N], screen: &Screen<N>, pixels: &[[u32; 
     let steps = (8 * (axes + 1) * (axes + 1)) << (axes - 1);
     product * steps as f64 * ROUNDING
 }
+
+#[cfg(test)]
+mod tests;

@@ -51,3 +51,29 @@ impl<const N: usize> FrameLight<N> {
 pub(super) fn shade(base: [f64; 3], total: [f64; 3], view: f64) -> [f64; 3] {
     std::array::from_fn(|c| (total[c].min(1.0) * view * base[c]).clamp(0.0, 255.0))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::eye::Falloff;
+
+    #[test]
+    fn a_foot_on_a_light_plane_must_be_more_than_tau_before_the_facet() {
+        // The facet x_0 = 0 of size 1, seen from below, and light planes parallel to it.
+        let v = [[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]];
+        let facet = Occluder::new(&v, [1.0, 0.0, 0.0], 0.0);
+        let reached = |offset: f64, p: [f64; 3]| {
+            let place = LightPlace::Plane { direction: [1.0, 0.0, 0.0], offset };
+            let light = FrameLight { place, falloff: Falloff::OFF, color: [1.0; 3] };
+            light.reach(&facet.placement(&light), &facet, -1, &p).map(|(distance, target)| {
+                let LightTarget::Foot { position } = target else { panic!("a light plane has feet") };
+                (distance, position)
+            })
+        };
+        let p = [0.0, 0.25, 0.5];
+        assert_eq!(reached(-0.5, p), Some((0.5, [-0.5, 0.25, 0.5])));
+        let beyond = TAU.next_up();
+        assert_eq!(reached(-beyond, p), Some((beyond, [-beyond, 0.25, 0.5])));
+        assert_eq!([-TAU, 0.0, TAU, 0.5].map(|offset| reached(offset, p)), [None; 4]);
+    }
+}

@@ -20,6 +20,8 @@ mod pose;
 mod render;
 mod scene;
 pub mod shapes;
+#[cfg(test)]
+mod test_scenes;
 mod tile;
 mod validate;
 

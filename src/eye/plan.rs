@@ -127,7 +127,7 @@ impl fmt::Display for EyePlan {
 mod tests {
     use super::*;
     use crate::eye::shapes::{DemoScene, cell24, cube};
-    use crate::eye::{Fibre, plan};
+    use crate::eye::{Facet, Fibre, plan};
 
     fn demo(dim: usize, pixels: &[u32], change: impl Fn(&mut crate::eye::SceneParts)) -> EyePlan {
         let demo = DemoScene { pixels: pixels.to_vec(), aperture_tan: 0.3, turns: vec![(0, 1, 20.0)] };
@@ -167,6 +167,23 @@ mod tests {
             (plan.facets, plan.skipped, plan.edge_on, plan.out_of_view, plan.searched),
             (15, 1, 1, 1, 12)
         );
+    }
+
+    #[test]
+    fn culled_facets_of_large_scenes_are_all_counted() {
+        let plan = demo(3, &[8, 8], |parts| {
+            let facet = |v: [[f64; 3]; 3]| Facet { v: v.map(|p| p.to_vec()).to_vec(), color: [1.0; 3] };
+            let kinds = [
+                facet([[-90.0, 0.0, 0.0], [-90.0, 1.0, 0.0], [-90.0, 0.0, 1.0]]),
+                facet([[-4.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
+                facet([[1.0, 1.0, 1.0], [1.0, 1.0, 1.0], [0.0, 0.0, 1.0]]),
+            ];
+            (0..2500).for_each(|_| parts.facets.extend(kinds.clone()));
+        });
+        assert_eq!((plan.facets, plan.skipped, plan.edge_on), (7512, 2500, 2500));
+        // Those behind the eye are out of view, and perhaps some of the cube's twelve.
+        assert!((2500..2512).contains(&plan.out_of_view), "{plan}");
+        assert_eq!(plan.out_of_view + plan.searched, 2512);
     }
 
     #[test]

@@ -341,3 +341,6 @@ fn for_each_run<const N: usize>(low: [u32; N], high: [u32; N], mut run: impl FnM
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -16,7 +16,7 @@ struct Wall {
 
 const SCREEN: (f64, f64, u32) = (0.7, 0.3, 5); // d, S, pixels along each axis
 
-fn look(dim: usize, screen: usize, tan: f64, wall: Wall, fibre: Fibre) -> EyePicture {
+fn parts(dim: usize, screen: usize, tan: f64, wall: Wall) -> SceneParts {
     // A simplex of dim - 1 corners around 0 in all axes but the last, and one corner above its
     // middle.
     let mut v = vec![vec![-2.0; dim]; dim];
@@ -28,7 +28,7 @@ fn look(dim: usize, screen: usize, tan: f64, wall: Wall, fibre: Fibre) -> EyePic
         let h = wall.first + if k == dim - 1 { 4.0 } else { 0.0 };
         (point[0], point[dim - 1]) = (wall.depth - wall.slant * h, wall.side * h);
     }
-    let parts = SceneParts {
+    SceneParts {
         dim,
         pixels: vec![SCREEN.2; screen],
         distance: SCREEN.0,
@@ -40,8 +40,11 @@ fn look(dim: usize, screen: usize, tan: f64, wall: Wall, fibre: Fibre) -> EyePic
         pose: Pose::identity(dim),
         lights: Vec::new(),
         facets: vec![Facet { v, color: [255.0; 3] }],
-    };
-    let scene = EyeScene::new(parts).unwrap();
+    }
+}
+
+fn look(dim: usize, screen: usize, tan: f64, wall: Wall, fibre: Fibre) -> EyePicture {
+    let scene = EyeScene::new(parts(dim, screen, tan, wall)).unwrap();
     match fibre {
         Fibre::Exact => render(&scene),
         fan => render_with(&scene, fan, &Executor::default()).unwrap(),
@@ -103,6 +106,33 @@ fn a_wall_that_only_touches_the_border_is_seen_whichever_way_its_place_was_round
             for (index, dist) in picture.dist.iter().enumerate() {
                 let want = wanted(wall, tan, length2(index, screen));
                 assert!((dist - want).abs() < 1e-11 * want, "{dim} on {screen}, {wall:?}, {tan}: {dist}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_border_is_as_sharp_close_by_in_a_large_scene() {
+    let unit = libm::exp2(-30.0);
+    for ((dim, screen), side) in SPACES.into_iter().flat_map(|s| [(s, 1.0), (s, -1.0)]) {
+        let end = border(Wall { depth: 3.0, slant: 0.4, first: 0.0, side }, 0.3);
+        for (first, is_seen) in [(end * (1.0 - 1e-7), true), (end * (1.0 + 1e-7), false)] {
+            let wall = Wall { depth: 3.0, slant: 0.4, first, side };
+            let mut parts = parts(dim, screen, 0.3, wall);
+            parts.facets[0].v.iter_mut().flatten().for_each(|x| *x *= unit);
+            // Behind the eye, where it only sets the unit of length.
+            let mut large = parts.facets[0].clone();
+            large.v.iter_mut().enumerate().for_each(|(k, p)| {
+                p.fill(0.0);
+                p[0] = -2.0;
+                p[k] -= 1.0;
+            });
+            parts.facets.push(large);
+            let picture = render(&EyeScene::new(parts).unwrap());
+            for (index, dist) in picture.dist.iter().enumerate() {
+                let want = if is_seen { wanted(wall, 0.3, length2(index, screen)) } else { f64::INFINITY };
+                let is_right = dist / unit == want || (dist / unit - want).abs() < 1e-12;
+                assert!(is_right, "{dim} on {screen}, {side}: {} for {want}", dist / unit);
             }
         }
     }

@@ -164,3 +164,32 @@ fn a_stand_is_the_side_that_the_light_is_on() {
     assert_eq!(side(LightPlace::Sun { direction: [0.0, 1.0, 0.0, 0.0] }), 0);
     assert_eq!(side(LightPlace::Plane { direction: [-0.6, 0.8, 0.0, 0.0], offset: 0.3 }), 1);
 }
+
+#[test]
+fn a_facet_blocks_the_same_in_any_unit_of_length() {
+    let v = [[2.0, 1.0, 0.0, 0.0], [2.0, -1.0, 0.0, 0.0], [2.0, 0.0, 1.0, 0.5], [2.0, 0.0, 0.5, 1.0]];
+    for unit in [1.0, libm::exp2(-20.0), libm::exp2(-60.0)] {
+        let scaled = |p: [f64; 4]| p.map(|x| x * unit);
+        let occluder = Occluder::new(&v.map(scaled), [-1.0, 0.0, 0.0, 0.0], -2.0 * unit);
+        for (at, want) in [(0.375, true), (3.0, false)] {
+            // Straight through (2, 0, at, at).
+            let (p, place) = (scaled([3.0, 0.0, at, at]), scaled([1.0, 0.0, at, at]));
+            let placement = LightPlacement { height: unit, side: 1 };
+            let target = LightTarget::Radial { position: place };
+            assert_eq!(occluder.blocks(&p, max_abs(&p), &target, &placement), want, "{unit}");
+            assert_eq!(occluder.may_block(&p, &[0.0; 4], &target, &placement), want, "{unit}");
+        }
+    }
+}
+
+#[test]
+fn a_box_is_kept_if_its_point_is_blocked_within_the_tolerance_of_the_border() {
+    // The line from x_1 = 0 to 1 in the hyperplane x_0 = 0 of the plane, and a light so near its
+    // end that the crossing is 5e-13 outside, which counts as inside.
+    let occluder = Occluder::new(&[[0.0, 0.0], [0.0, 1.0]], [1.0, 0.0], 0.0);
+    let (p, place) = ([1.0, 1.0], [-1e-3, -1e-3 - 5e-13]);
+    let (target, placement) =
+        (LightTarget::Radial { position: place }, LightPlacement { height: -1e-3, side: -1 });
+    assert!(occluder.blocks(&p, 1.0, &target, &placement));
+    assert!(occluder.may_block(&p, &[0.0; 2], &target, &placement));
+}

@@ -90,3 +90,26 @@ impl DemoScene {
         EyeScene::new(parts)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::eye::shapes::cross_polytope;
+
+    #[test]
+    fn cells_take_the_colours_in_turn_and_the_lights_stand_beside_the_eye() {
+        let demo = DemoScene { pixels: vec![4, 4], aperture_tan: 0.3, turns: vec![] };
+        let shape = cross_polytope(4).unwrap();
+        let cells = shape.cells.clone();
+        let scene = demo.scene(shape).unwrap();
+        assert!(cells.iter().max() > Some(&8), "more cells than colours");
+        for (facet, cell) in scene.facets.iter().zip(cells) {
+            assert_eq!(facet.color, PALETTE[(cell % 8) as usize]);
+        }
+        // The shape's radius is 1. Both lights are off the eye's hidden coordinate, which is 0.
+        let kinds: Vec<_> = scene.lights.iter().map(|l| l.kind.clone()).collect();
+        let (position, direction) = (vec![-2.0, 2.0, 2.5, 0.3], vec![0.7, 1.0, -0.4, 0.2]);
+        assert_eq!(kinds, [EyeLightKind::Radial { position }, EyeLightKind::Sun { direction }]);
+        assert_eq!(scene.pose.position, [-3.0, 0.0, 0.0, 0.0]);
+    }
+}

@@ -57,3 +57,31 @@ pub fn from_mesh(mesh: &Mesh) -> Result<Shape, ShapeError> {
         cells: mesh.triangle_polygon.clone(),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::eye::shapes::{cell24, cross_polytope, cube, simplex};
+    use crate::math::nvec::{MAX_DIM, dot, wedge};
+
+    #[test]
+    fn sides_of_a_prism_have_the_winding_of_closed_shapes() {
+        let bases =
+            [cube(2), cube(3), simplex(2), simplex(4), cross_polytope(3), cross_polytope(5), cell24(4)];
+        for base in bases.map(Result::unwrap) {
+            let prism = extrude(&base, -1.0, 2.0);
+            assert_eq!(prism.simplices.len(), base.simplices.len() * base.dim);
+            for simplex in &prism.simplices {
+                // Relative to the middle of the prism.
+                let row = |&i: &u32| -> [f64; MAX_DIM] {
+                    let mut row = [0.0; MAX_DIM];
+                    row[..prism.dim].copy_from_slice(&prism.points[i as usize]);
+                    row[base.dim] -= 0.5;
+                    row
+                };
+                let rows: Vec<_> = simplex.iter().map(row).collect();
+                assert!(dot(&wedge(&rows[1..], rows.len()), &rows[0]) > 0.0, "{}: {simplex:?}", base.dim);
+            }
+        }
+    }
+}
