@@ -48,6 +48,8 @@ pub const EYE: Edges = &[
     ("pose", &["error", "validate"]),
     ("scene", &["error", "pose", "validate"]),
     ("shapes", &["error", "pose", "scene", "validate"]),
+    // Scenes of the unit tests, compiled for them alone.
+    ("test_scenes", &["pose", "scene"]),
     ("json", &["error", "pose", "scene"]),
     ("picture", &["error", "json", "scene"]),
     ("blit", &["picture"]),
