@@ -40,7 +40,7 @@ pub use args::size::FrameSize;
 #[derive(Debug, Parser)]
 #[command(name = "fbptr", version, about, long_about = None)]
 pub struct Cli {
-    /// What to do [default: tour]
+    /// Subcommand [default: tour]
     #[command(subcommand)]
     command: Option<Task>,
 }

@@ -57,8 +57,8 @@ pub enum Reply {
 /// Kind of a parameter, for programs that write commands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParameterKind {
-    /// Whole numbers.
-    Whole,
+    /// Integers.
+    Integer,
     /// Reals.
     Real,
     /// Colours.

@@ -30,7 +30,7 @@ pub fn described() -> impl Iterator<Item = &'static Verb> {
 /// Returns valid words of a kind, none for a payload.
 fn word(kind: ParameterKind) -> BoxedStrategy<String> {
     match kind {
-        ParameterKind::Whole => (0..=i32::MAX).prop_map(|n| n.to_string()).boxed(),
+        ParameterKind::Integer => (0..=i32::MAX).prop_map(|n| n.to_string()).boxed(),
         ParameterKind::Real => any::<u64>()
             .prop_map(|bits| f64::from_bits(bits & !(1 << 63)))
             .prop_filter("finite", |n| n.is_finite())

@@ -285,7 +285,7 @@ fn parameter_words(parameter: &Parameter, w: &mut Words) {
         (parameter.arity.least()..=most).filter(|n| parameter.arity.allows(*n)).collect();
     for _ in 0..counts[w.data.below(counts.len())] {
         match parameter.kind {
-            ParameterKind::Whole => w.whole(),
+            ParameterKind::Integer => w.whole(),
             ParameterKind::Real => w.real(4.0, 8.0),
             ParameterKind::Color => w.color(),
             ParameterKind::Name => w.one_of(&MESHES),

@@ -10,7 +10,7 @@ use glam::{DMat4, DVec3};
 
 impl Argument for i32 {
     type Value = i32;
-    const KIND: ParameterKind = ParameterKind::Whole;
+    const KIND: ParameterKind = ParameterKind::Integer;
     const WORDS: Arity = Arity::ONE;
 
     fn write(value: &i32, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
@@ -222,7 +222,7 @@ impl TextArgument for DMat4 {
 
 impl Argument for Rect {
     type Value = Rect;
-    const KIND: ParameterKind = ParameterKind::Whole;
+    const KIND: ParameterKind = ParameterKind::Integer;
     const WORDS: Arity = Arity::exactly(4);
 
     fn check_sizes(rect: &Rect) -> Result<(), Fault> {
@@ -247,7 +247,7 @@ impl TextArgument for Rect {
 /// A rectangle, or nothing for the whole frame.
 impl Argument for Option<Rect> {
     type Value = Option<Rect>;
-    const KIND: ParameterKind = ParameterKind::Whole;
+    const KIND: ParameterKind = ParameterKind::Integer;
     const WORDS: Arity = Arity::ZERO.or(Rect::WORDS);
 
     fn check_sizes(rect: &Option<Rect>) -> Result<(), Fault> {
@@ -296,7 +296,7 @@ impl TextArgument for RealRect {
 /// Two bytes of a binary command, little-endian.
 impl Argument for u16 {
     type Value = u16;
-    const KIND: ParameterKind = ParameterKind::Whole;
+    const KIND: ParameterKind = ParameterKind::Integer;
 
     fn write(value: &u16, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
         line.binary(&value.to_le_bytes());

@@ -7,7 +7,8 @@
 //!
 //! Promise: the picture on a page is the one that playing the step's commands gives.
 //!
-//! Verified by: tests that play every step of the real script and compare pages with pictures.
+//! Verified by: tests that play every step of the built-in script (of the longest, the first frames)
+//! and compare pages with pictures.
 
 mod page;
 mod script;

@@ -13,9 +13,9 @@
 pub const FRAMES_PER_SECOND: f64 = 50.0;
 /// Size of the picture area in pixels, and of a step's frame unless the step chooses its own.
 pub const PICTURE: [u32; 2] = [640, 480];
-/// Frames for which the last picture of a step stays: time to read it.
+/// Frames for which the last picture of a still step stays, so that it can be read.
 const STAY: u64 = 150;
-/// The same after an animation, which was there to be read all the time.
+/// Frames for which the last picture of an animation stays; its text was there from the beginning.
 const STAY_AFTER_MOTION: u64 = 50;
 
 /// A step of the tour.
