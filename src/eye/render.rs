@@ -17,19 +17,22 @@ use super::frame::Frame;
 use super::method::{Fibre, MAX_FAN_RAYS, Method};
 use super::picture::EyePicture;
 use super::plan::EyePlan;
-use super::scene::EyeScene;
+use super::scene::{EyeScene, MAX_DIM};
 use super::tile::{Output, World};
 use crate::executor::{Executor, Task};
 
-/// Calls `$function::<N>` for the scene's dimension.
+/// Calls `$function::<N>` for the scene's dimension: one of those listed, or the largest. A scene's
+/// dimension is checked when it is made.
 macro_rules! for_dimension {
     ($scene:expr, $function:ident $arguments:tt, $($n:literal)*) => {
         match $scene.dim {
             $($n => $function::<$n> $arguments,)*
-            n => unreachable!("a checked scene has 2..=8 dimensions, not {n}"),
+            _ => $function::<MAX_DIM> $arguments,
         }
     };
 }
+
+const _: () = assert!(MAX_DIM == 8, "the lists of dimensions below end before the largest");
 
 /// Renders a scene with exact fibres, on the calling thread.
 pub fn render(scene: &EyeScene) -> EyePicture {
@@ -51,7 +54,7 @@ pub fn render_with(scene: &EyeScene, fibre: Fibre, executor: &Executor) -> Resul
 /// Fails as [`render_with`] does.
 pub fn plan(scene: &EyeScene, fibre: Fibre) -> Result<EyePlan, EyeError> {
     check_fan(scene, fibre)?;
-    Ok(for_dimension!(scene, plan_dim (scene, fibre), 2 3 4 5 6 7 8))
+    Ok(for_dimension!(scene, plan_dim (scene, fibre), 2 3 4 5 6 7))
 }
 
 fn plan_dim<const N: usize>(scene: &EyeScene, fibre: Fibre) -> EyePlan {
@@ -75,7 +78,7 @@ fn check_fan(scene: &EyeScene, fibre: Fibre) -> Result<(), EyeError> {
 }
 
 fn dispatch(scene: &EyeScene, fibre: Fibre, executor: &Executor) -> EyePicture {
-    for_dimension!(scene, render_dim (scene, fibre, executor), 2 3 4 5 6 7 8)
+    for_dimension!(scene, render_dim (scene, fibre, executor), 2 3 4 5 6 7)
 }
 
 /// Renders a scene of N dimensions.
