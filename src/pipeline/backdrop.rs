@@ -37,7 +37,8 @@ pub(super) fn paint_sky(
     viewport: Viewport,
     camera: &Camera,
     sky: &Sky,
-    (executor, preemption): (&Executor, &Preemption),
+    executor: &Executor,
+    preemption: &Preemption,
 ) {
     let width = target.memory.width();
     let screen = ViewportTransform::new(viewport, width, target.memory.height());

@@ -157,6 +157,25 @@ pub enum CoarseDepth {
     On,
 }
 
+/// The code path that draws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum RenderPath {
+    /// The tile renderer where it supports the draw, otherwise the plain path.
+    #[default]
+    Fast,
+    /// The plain path for every draw: the reference.
+    Plain,
+}
+
+/// What a plan has to choose a draw's path from, beside the draw.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Backend {
+    /// The code path that draws.
+    pub path: RenderPath,
+    /// Hierarchical culling of hidden faces.
+    pub coarse: CoarseDepth,
+}
+
 /// Settings for drawing a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneOptions {
@@ -192,6 +211,17 @@ impl SceneOptions {
             first_name: 0,
         }
     }
+}
+
+/// Faces that each path was given to draw.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct PathCounts {
+    /// Faces of draws by the tile renderer, culled ones included.
+    pub tiles: u64,
+    /// Faces drawn in order by vector kernels.
+    pub vectors: u64,
+    /// Faces drawn in order by the reference.
+    pub reference: u64,
 }
 
 /// Counts of items in and out of each stage.

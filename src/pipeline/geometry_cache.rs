@@ -7,7 +7,7 @@ use crate::cancel::CancelToken;
 use crate::math::matrix::unit;
 use crate::memory::{MemoryBudget, MemoryUse, OverBudget, Reservation};
 use crate::scene::{Corner, Geometry, Mesh};
-use glam::{DVec3, DVec4};
+use glam::{DVec2, DVec3, DVec4};
 use std::cell::Cell;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
@@ -38,6 +38,9 @@ pub(crate) struct GeometryInfo {
     pub materials: Vec<u32>,
     /// Object-space bounding box of all positions; `None` if there are none.
     pub bounds: Option<(DVec3, DVec3)>,
+    /// Largest range of u or v over a face; infinite if a corner has no texture coordinates, or some
+    /// that f32 does not reach.
+    pub texcoord_run: f64,
     face_normals: OnceLock<Normals>,
     smooth_normals: OnceLock<Normals>,
     unlit: OnceLock<IndexedMesh>,
@@ -69,6 +72,7 @@ impl GeometryInfo {
             has_clear_colors: mesh.colors.iter().any(|c| c.w < 1.0),
             materials,
             bounds: mesh.bounds(),
+            texcoord_run: texcoord_run(mesh),
             face_normals: OnceLock::new(),
             smooth_normals: OnceLock::new(),
             unlit: OnceLock::new(),
@@ -248,6 +252,23 @@ impl GeometryInfo {
     }
 }
 
+/// Returns [`GeometryInfo::texcoord_run`].
+fn texcoord_run(mesh: &Mesh) -> f64 {
+    if mesh.texcoords.is_empty() {
+        return f64::INFINITY;
+    }
+    let is_carried = |uv: &DVec2| uv.abs().max_element() <= f64::from(f32::MAX) && !uv.is_nan();
+    let texcoord = |corner: u32| {
+        let corner = mesh.corners.get(corner as usize)?;
+        mesh.texcoords.get(corner.texcoord as usize).copied().filter(is_carried)
+    };
+    let run = |triangle: &[u32; 3]| match triangle.map(texcoord) {
+        [Some(a), Some(b), Some(c)] => (a.max(b).max(c) - a.min(b).min(c)).max_element(),
+        _ => f64::INFINITY,
+    };
+    mesh.triangles.iter().map(run).fold(0.0, f64::max)
+}
+
 /// Returns the object-space unit normal of a triangle; zero without area.
 fn triangle_normal(mesh: &Mesh, triangle: u32) -> DVec3 {
     let corners = mesh.triangles[triangle as usize].map(|c| &mesh.corners[c as usize]);
@@ -314,6 +335,20 @@ mod tests {
         let made = whole.prepared(mesh, true);
         assert!(!made.clusters.is_empty() && made.triangle_count == mesh.triangles.len());
         assert!(Clusters::of(&made.positions, &made.corners, made.triangle_count, &cancel).is_empty());
+    }
+
+    #[test]
+    fn coordinates_that_f32_does_not_reach_run_without_end() {
+        let mut knot = geometry(shapes::knot(12, 5).unwrap());
+        let run = |knot: &Geometry| GeometryInfo::of(knot, CancelToken::default()).texcoord_run;
+        assert!(run(&knot) < 10.0);
+        for far in [1e39, -1e200, f64::INFINITY, f64::NAN] {
+            knot.mesh.texcoords.iter_mut().for_each(|uv| uv.x = far);
+            assert_eq!(run(&knot), f64::INFINITY, "all at {far}");
+        }
+        let mut knot = geometry(shapes::knot(12, 5).unwrap());
+        knot.mesh.corners[7].texcoord = crate::scene::NONE;
+        assert_eq!(run(&knot), f64::INFINITY, "a corner without coordinates");
     }
 
     #[test]

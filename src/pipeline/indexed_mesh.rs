@@ -15,7 +15,7 @@ use crate::scene::{Corner, Mesh, NONE};
 use crate::simd::allocator::prefer_huge_pages;
 pub(crate) use clusters::{BLOCK_VERTICES, CLUSTER_BYTES, CLUSTER_FACES, Clusters, LEAST_FACES};
 use distinct::{DISTINCT_BYTES, Distinct, VertexKey};
-use glam::{DVec2, DVec3, DVec4};
+use glam::{DVec3, DVec4};
 
 /// The index lists are padded to a multiple of this with faces without area.
 const PADDING: usize = 16;
@@ -58,10 +58,6 @@ pub struct IndexedMesh {
     pub materials: Vec<u32>,
     /// Runs of vertices of one material: end of the run, and index in `materials`.
     pub vertex_runs: Vec<(usize, usize)>,
-    /// True if every corner has texture coordinates.
-    pub has_all_texcoords: bool,
-    /// Largest range of u or v over a face.
-    pub longest_texcoord_run: f64,
     /// Largest distance of positions from 0, for each axis.
     pub farthest: [f64; 3],
     /// Bounds of consecutive faces, for culling.
@@ -134,8 +130,7 @@ impl IndexedMesh {
 
     /// Makes lists for a mesh with `most` vertices.
     fn with_lists(mesh: &Mesh, most: usize) -> Self {
-        let mut prepared =
-            IndexedMesh { triangle_count: mesh.triangles.len(), has_all_texcoords: true, ..Self::default() };
+        let mut prepared = IndexedMesh { triangle_count: mesh.triangles.len(), ..Self::default() };
         for list in &mut prepared.corners {
             list.reserve(mesh.triangles.len() + PADDING);
             prefer_huge_pages(list);
@@ -229,13 +224,9 @@ impl<'m> Builder<'m> {
         let mesh = self.mesh;
         let slot = self.slot_of(mesh.triangle_polygon[t]);
         self.face_materials.push(slot as i32);
-        let mut low = DVec4::INFINITY;
-        let mut high = DVec4::NEG_INFINITY;
-        let mut least_run: f64 = 0.0;
         for (k, &at) in mesh.triangles[t].iter().enumerate() {
             let corner = mesh.corners[at as usize];
             let key = (Corner { normal: NONE, ..corner }, slot, normal_of(t as u32, &corner));
-            let uv = mesh.texcoords.get(corner.texcoord as usize).copied();
             let vertex = match self.distinct.find(&key) {
                 Some(vertex) => vertex,
                 None => {
@@ -243,25 +234,10 @@ impl<'m> Builder<'m> {
                         self.granted = 2 * self.granted.max(4);
                         room(IndexedMesh::most_bytes(mesh, self.granted as u64))?;
                     }
-                    self.add_vertex(key, uv)
+                    self.add_vertex(key)
                 }
             };
             self.prepared.corners[k].push(vertex);
-            match uv {
-                Some(uv) => {
-                    // A range that f32 does not reach, or NaN, counts as infinite however little it
-                    // changes.
-                    let is_carried = [uv.x, uv.y].iter().all(|c| c.abs() <= f64::from(f32::MAX));
-                    least_run = if is_carried { least_run } else { f64::INFINITY };
-                    let uv = uv.extend(0.0).extend(0.0);
-                    (low, high) = (low.min(uv), high.max(uv));
-                }
-                None => self.prepared.has_all_texcoords = false,
-            }
-        }
-        let run = least_run.max((high - low).max_element());
-        if self.prepared.has_all_texcoords {
-            self.prepared.longest_texcoord_run = self.prepared.longest_texcoord_run.max(run);
         }
         Ok(())
     }
@@ -278,7 +254,7 @@ impl<'m> Builder<'m> {
     }
 
     /// Adds a vertex with its attributes, and returns its index.
-    fn add_vertex(&mut self, key: VertexKey, uv: Option<DVec2>) -> i32 {
+    fn add_vertex(&mut self, key: VertexKey) -> i32 {
         let (mesh, prepared) = (self.mesh, &mut self.prepared);
         let (corner, slot, normal) = key;
         let vertex = self.distinct.len() as i32;
@@ -289,7 +265,7 @@ impl<'m> Builder<'m> {
         }
         prepared.normals.push(normal.extend(0.0).as_vec4().to_array());
         if !mesh.texcoords.is_empty() {
-            let uv = uv.unwrap_or_default();
+            let uv = mesh.texcoords.get(corner.texcoord as usize).copied().unwrap_or_default();
             let near = [uv.x as f32, uv.y as f32];
             let rest = [uv.x - near[0] as f64, uv.y - near[1] as f64];
             prepared.texcoords.push([near[0], near[1], rest[0] as f32, rest[1] as f32]);
@@ -359,17 +335,5 @@ mod tests {
         }
         assert!(prepared.face_materials.is_empty() && prepared.materials.len() == 1);
         assert_eq!(prepared.vertex_runs, [(prepared.vertex_count(), 0)]);
-    }
-
-    #[test]
-    fn coordinates_that_f32_does_not_reach_run_without_end() {
-        let mut mesh = shapes::knot(12, 5).expect("a knot");
-        let run =
-            |mesh: &Mesh| IndexedMesh::new(mesh, |_, _| DVec3::Z, &Default::default()).longest_texcoord_run;
-        assert!(run(&mesh) < 10.0);
-        for far in [1e39, -1e200, f64::INFINITY, f64::NAN] {
-            mesh.texcoords.iter_mut().for_each(|uv| uv.x = far);
-            assert_eq!(run(&mesh), f64::INFINITY, "all at {far}");
-        }
     }
 }

@@ -6,13 +6,8 @@ use super::light::{Lighting, PreparedLight, ViewerPosition};
 use crate::scene::{Cull, Material, NONE, Polygon, Projection, Texture};
 
 impl<'a> DrawCall<'a> {
-    /// Returns the lights that reach this mesh.
-    pub(crate) fn lighting(&self, viewer: ViewerPosition) -> Lighting {
-        self.lighting_in(viewer, Vec::new())
-    }
-
     /// Returns the lights that reach this mesh, in a list recycled from another draw.
-    pub(crate) fn lighting_in(&self, viewer: ViewerPosition, recycled: Vec<PreparedLight>) -> Lighting {
+    pub(crate) fn lighting(&self, viewer: ViewerPosition, recycled: Vec<PreparedLight>) -> Lighting {
         match self.light_subset {
             None => Lighting::new_in(self.lights.iter(), self.ambient, viewer, recycled),
             Some(subset) => {

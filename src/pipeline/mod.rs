@@ -42,6 +42,7 @@ mod sampler;
 mod scene;
 mod scene_plan;
 mod shade;
+mod shading_space;
 mod target_rows;
 mod tile;
 mod tile_frontend;
@@ -52,12 +53,14 @@ mod working;
 mod worst_case;
 
 pub use clip::{ClipVertex, ClippedLine, clip_line, clip_polygon};
-pub use draw_call::{CoarseDepth, DepthUse, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
+pub use draw_call::{
+    CoarseDepth, DepthUse, DrawCall, DrawStats, PathCounts, PipelineError, RenderPath, SceneOptions, Target,
+};
 pub(crate) use normals::polygon_normal;
 pub use plan::{Part, Plan, PlanItem, Title};
 pub use preemption::{Preemption, TargetOwner};
 pub use reference::draw;
-pub use renderer::{RenderOptions, RenderPath, Renderer, draw_scene};
+pub use renderer::{RenderOptions, Renderer, draw_scene};
 pub use scene_plan::plan_scene;
 
 /// Reads a JSON file of reference values from `tests/data/golden`.

@@ -4,22 +4,22 @@
 //! In: a list of faces of prepared draws. Out: bytes, depths and ids in the target. Faces are
 //! prepared in batches of the list. Every pixel belongs to one band and every band draws its faces
 //! in order, so the result equals that of the plain path for all that it draws: transparency, fog,
-//! every depth format, painter. If a SIMD level is given, supported faces are drawn by vector
-//! kernels. A draw that is preempted stops in each band between two faces, and goes on there.
+//! every depth format, painter. The plan of a draw says whether vector kernels draw its faces. A
+//! draw that is preempted stops in each band between two faces, and goes on there.
 
 use super::assemble::Face;
 use super::depth_sort::recycle;
 use super::draw_call::{DrawStats, Target};
+use super::plan::Part;
 use super::preemption::{NOT_PREEMPTED, Slice};
 use super::prepared_draw::PreparedDraw;
 use super::reference::WriteMask;
 use super::shade::FaceShade;
 use super::target_rows::TargetRows;
 use super::tile::BlendedFace;
-use super::tile_frontend::{BlendedRaster, BlendedSetup};
+use super::tile_frontend::{BlendedRaster, BlendedSetup, DrawContext};
 use super::working::FACE_ENTRY_BYTES;
 use crate::cancel::CancelToken;
-use crate::executor::Executor;
 use crate::math::coverage::PixelRect;
 use crate::simd::Level;
 use rayon::prelude::*;
@@ -73,6 +73,8 @@ pub(crate) struct FaceList {
     prepared_faces: Vec<PreparedFaceResult<'static>>,
     /// For each band, the number of faces of the batch that it has passed.
     progress: Vec<AtomicU32>,
+    /// Faces drawn: by vector kernels, and by the reference.
+    drawn: [u64; 2],
 }
 
 impl fmt::Debug for FaceList {
@@ -89,33 +91,31 @@ impl FaceList {
             + self.blended_setups.capacity() * size_of::<BlendedSetup>()
             + self.blended_setups.iter().map(BlendedSetup::size_bytes).sum::<usize>()
     }
+
+    /// Returns the number of faces drawn by vector kernels, and of those drawn by the reference.
+    pub fn faces_drawn(&self) -> [u64; 2] {
+        self.drawn
+    }
 }
 
 /// Draws a list of faces, given as (object index, triangle index), in its order. All objects must
 /// have the same viewport and depth settings.
 pub(crate) fn draw_in_order(
-    (executor, level): (&Executor, Option<Level>),
+    context: DrawContext<'_>,
     lists: &mut FaceList,
     all: &[PreparedDraw],
     list: &[(usize, u32)],
     target: &mut Target,
     stats: &mut DrawStats,
 ) {
+    let DrawContext { level, executor } = context;
     let pool = executor.pool();
     let preemption = all.first().map_or(&NOT_PREEMPTED, |any| any.preemption);
-    if pool.is_none() && level.is_none() {
-        let faces = list.iter().take_while(|_| !executor.is_cancelled());
-        return faces.for_each(|&(o, t)| {
-            preemption.point(target);
-            all[o].draw_any_face(t, target, stats);
-        });
-    }
-    let FaceList { blended_setups, prepared_faces, mut progress } = std::mem::take(lists);
+    let FaceList { blended_setups, prepared_faces, mut progress, drawn } = std::mem::take(lists);
+    lists.drawn = drawn;
     let (mut blended_setups, mut prepared_faces): (Vec<BlendedSetup>, Vec<PreparedFaceResult>) =
         (blended_setups, prepared_faces);
-    if level.is_some() {
-        set_up_objects(&mut blended_setups, all, list, target);
-    }
+    set_up_objects(&mut blended_setups, all, list);
     for batch in list.chunks(BATCH).take_while(|_| !executor.is_cancelled()) {
         let set_up = |&face: &(usize, u32)| set_up_face(all, &blended_setups, face);
         prepared_faces.clear();
@@ -130,6 +130,7 @@ pub(crate) fn draw_in_order(
         });
         prepared_faces.iter().for_each(|(_, own)| *stats += *own);
         let faces = || prepared_faces.iter().filter_map(|(prepared_faces, _)| prepared_faces.as_ref());
+        faces().for_each(|face| lists.drawn[usize::from(face.blended_face.is_none())] += 1);
         let Some(top) = faces().map(|f| f.bounds.y0).min() else { continue };
         let bottom = faces().map(|f| f.bounds.y1).max().unwrap_or(top);
         let area = |b: &PixelRect| (b.x1 - b.x0).max(0) as u64 * (b.y1 - b.y0).max(0) as u64;
@@ -141,7 +142,7 @@ pub(crate) fn draw_in_order(
         let work = Work {
             all,
             faces: &prepared_faces,
-            level: level.unwrap_or(Level::Portable),
+            level,
             cancel: executor.cancel(),
             first_row: rows.start,
             progress: &progress,
@@ -184,19 +185,15 @@ fn set_up_face<'p>(
     (prepared_face, own)
 }
 
-/// Sets up the objects of the list for the vector kernels, each once.
-fn set_up_objects(
-    blended_setups: &mut Vec<BlendedSetup>,
-    all: &[PreparedDraw],
-    list: &[(usize, u32)],
-    target: &Target,
-) {
+/// Sets up the objects of the list that vector kernels draw, each once.
+fn set_up_objects(blended_setups: &mut Vec<BlendedSetup>, all: &[PreparedDraw], list: &[(usize, u32)]) {
     blended_setups.iter_mut().for_each(BlendedSetup::forget);
     blended_setups.resize_with(blended_setups.len().max(all.len()), BlendedSetup::default);
     let mut last = usize::MAX;
     for &(object, _) in list {
-        if object != last && blended_setups[object].is_unasked() {
-            all[object].set_up_blended(target, &mut blended_setups[object]);
+        let (prepared, setup) = (&all[object], &mut blended_setups[object]);
+        if object != last && prepared.plan.uses(Part::FacesInOrder) && !setup.is_set_up() {
+            prepared.set_up_blended(setup);
         }
         last = object;
     }

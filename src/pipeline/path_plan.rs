@@ -1,29 +1,33 @@
 //! Stage 1, second half: decides by which path a draw's faces are drawn, and adds it to the plan.
 //!
-//! In: a draw call, its target, and the plan of its stages. Out: the plan with the tile renderer and
-//! the faces drawn in order, or the reasons why they are left out, and its working memory.
+//! In: a prepared draw with the plan of its stages, its target, and the backend. Out: the plan with
+//! the tile renderer and the faces drawn in order, or the reasons why they are left out. Nothing
+//! after it decides: whoever draws follows the plan.
+//!
+//! Verified by tests/drawing/plan_paths.rs, which compares plans with counts of what drew.
 
-use super::draw_call::{DrawCall, Target};
+use super::draw_call::{Backend, CoarseDepth, DrawCall, RenderPath, Target};
 use super::geometry_cache::GeometryInfo;
-use super::light::ViewerPosition;
 use super::ordered::face_list_bytes;
 use super::plan::{Part, Plan};
-use super::planner::plan_draw;
+use super::prepared_draw::{PreparedDraw, RecycledLists};
+use super::scene::NOTHING_HIDDEN;
 use super::tile::LIST_BYTES;
-use super::tile_frontend::{blended_unsupported_reason, estimated_bytes, unsupported_reason};
+use super::tile_frontend::estimated_bytes;
 use super::worst_case::{ListLimits, at_worst};
 use crate::cancel::CancelToken;
-use glam::DVec3;
+use crate::memory::DepthFormat;
+use std::sync::Arc;
+
+/// Reason printed when the caller asks for the reference.
+const ON_REQUEST: &str = "the plain path, on request";
 
 impl Plan {
     /// Creates the plan of one DRAW into `target`.
     ///
     /// The cost is linear in the mesh's polygons and corners; vertices are not transformed.
     pub fn of_draw(call: &DrawCall, target: &Target) -> Plan {
-        let lighting = call.lighting(ViewerPosition::Axis(DVec3::Z));
-        let mut plan =
-            plan_draw(call, target, &lighting, &GeometryInfo::of(call.geometry, CancelToken::default()));
-        add_path(&mut plan, call, target);
+        let mut plan = plan_call(call, target, Backend::default(), true);
         let bound = ListLimits { threads: 1, list_bytes: LIST_BYTES as u64 };
         let working = at_worst(call, target, &plan, None, bound);
         plan.set_working_bytes(working.sum());
@@ -31,38 +35,60 @@ impl Plan {
     }
 }
 
-/// Adds the path of the draw's faces to the plan of its stages.
-pub(crate) fn add_path(plan: &mut Plan, call: &DrawCall, target: &Target) {
-    let mesh = &call.geometry.mesh;
+/// Returns the plan of one draw, even if it would be refused, without its working memory.
+pub(crate) fn plan_call(call: &DrawCall, target: &Target, backend: Backend, keeps_depth: bool) -> Plan {
+    let geometry_info = Arc::new(GeometryInfo::of(call.geometry, CancelToken::default()));
+    let camera = PreparedDraw::camera_of(call).unwrap_or_default();
+    let mut prepared = PreparedDraw::of(call, camera, target, geometry_info, RecycledLists::default());
+    add_path(&mut prepared, target, backend, keeps_depth);
+    prepared.plan
+}
+
+/// Adds the path of the draw's faces to the plan of its stages; without `keeps_depth`, leaves depth
+/// out.
+pub(crate) fn add_path(prepared: &mut PreparedDraw, target: &Target, backend: Backend, keeps_depth: bool) {
+    let mesh = &prepared.call.geometry.mesh;
     let faces = mesh.triangles.len() as u64;
     if faces == 0 && mesh.lines.is_empty() && mesh.points.is_empty() {
         return;
     }
-    match unsupported_reason(call, target, plan) {
-        None => {
-            let bytes = estimated_bytes(call, target, plan);
-            plan.set_bytes(Part::TransformVertices, 0);
-            plan.add(
-                Part::TileRenderer,
-                "opaque faces: first what is seen, then its colour, in vectors",
-                faces,
-                bytes,
-            );
-        }
-        Some(why) => plan.leave_out(Part::TileRenderer, why),
+    if !keeps_depth {
+        prepared.plan.leave_out(Part::DepthMemory, NOTHING_HIDDEN);
+        prepared.plan.leave_out(Part::PickBuffer, NOTHING_HIDDEN);
     }
-    match plan.uses(Part::TileRenderer) && plan.uses(Part::DepthMemory) {
-        true => plan.leave_out(Part::CoarseDepth, "nobody asks for it"),
-        false => plan.leave_out(Part::CoarseDepth, "the tile renderer tests no depth"),
-    }
-    match blended_unsupported_reason(call, target) {
-        _ if plan.uses(Part::TileRenderer) => {
-            plan.leave_out(Part::FacesInOrder, "the tile renderer draws them");
-        }
+    let is_plain = backend.path == RenderPath::Plain;
+    let no_tiles = if is_plain { Some(ON_REQUEST) } else { prepared.unsupported_reason(target) };
+    let Some(no_tiles) = no_tiles else { return add_tiles(prepared, target, backend.coarse) };
+    let no_vectors = if is_plain { Some(ON_REQUEST) } else { prepared.blended_unsupported_reason(target) };
+    let plan = &mut prepared.plan;
+    plan.leave_out(Part::TileRenderer, no_tiles);
+    plan.leave_out(Part::CoarseDepth, "the tile renderer tests no depth");
+    match no_vectors {
         None => {
             let bytes = face_list_bytes(faces);
             plan.add(Part::FacesInOrder, "one after the other, in vectors", faces, bytes);
         }
         Some(why) => plan.leave_out(Part::FacesInOrder, why),
+    }
+}
+
+/// Adds the tile renderer to the plan.
+fn add_tiles(prepared: &mut PreparedDraw, target: &Target, coarse: CoarseDepth) {
+    let (call, plan) = (prepared.call, &mut prepared.plan);
+    let faces = call.geometry.mesh.triangles.len() as u64;
+    let bytes = estimated_bytes(call, target, plan);
+    let reason = "opaque faces: first what is seen, then its colour, in vectors";
+    plan.set_bytes(Part::TransformVertices, 0);
+    plan.add(Part::TileRenderer, reason, faces, bytes);
+    plan.leave_out(Part::FacesInOrder, "the tile renderer draws them");
+    match (coarse, target.depth_format) {
+        _ if !plan.uses(Part::DepthMemory) => {
+            plan.leave_out(Part::CoarseDepth, "the tile renderer tests no depth");
+        }
+        (CoarseDepth::Off, _) => plan.leave_out(Part::CoarseDepth, "nobody asks for it"),
+        (CoarseDepth::On, DepthFormat::F32) => {
+            plan.add(Part::CoarseDepth, "hidden faces are left out by cells of 16x8 pixels", faces, 0);
+        }
+        (CoarseDepth::On, _) => plan.leave_out(Part::CoarseDepth, "only f32 depths have it"),
     }
 }

@@ -10,6 +10,7 @@ use super::light::Lighting;
 use super::plan::{Part, Plan, Title};
 use super::vertex::Vertex;
 use super::working::SORT_KEY_BYTES;
+use crate::memory::PickBuffer;
 use crate::scene::{Cull, HiddenSurface, ShadeMode, Texture};
 use glam::DVec3;
 
@@ -57,7 +58,8 @@ pub(crate) fn plan_draw(
         }
         HiddenSurface::None => plan.leave_out(Part::DepthMemory, "HIDE none neither tests nor writes depth"),
     }
-    if let Some(ids) = target.ids.as_ref().filter(|_| call.hide == HiddenSurface::ZBuffer) {
+    let fits = |ids: &&&mut PickBuffer| (ids.width(), ids.height()) == (width, height);
+    if let Some(ids) = target.ids.as_ref().filter(|_| call.hide == HiddenSurface::ZBuffer).filter(fits) {
         plan.add(Part::PickBuffer, "PICK asks which face is seen", pixels, ids.size_bytes() as u64);
     }
     if !mesh.lines.is_empty() {

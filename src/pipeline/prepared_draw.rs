@@ -17,10 +17,11 @@ use crate::pipeline::pixel::PixelRules;
 use crate::pipeline::plan::{Part, Plan};
 use crate::pipeline::planner::plan_draw;
 use crate::pipeline::preemption::{NOT_PREEMPTED, Preemption};
+use crate::pipeline::shading_space::ShadingSpace;
 use crate::pipeline::target_rows::TargetRows;
 use crate::pipeline::vertex::{Transform, Vertex};
 use crate::pipeline::viewport::ViewportTransform;
-use crate::scene::{CameraMatrices, Interpolation, ShadeMode};
+use crate::scene::{CameraError, CameraMatrices, Interpolation, ShadeMode};
 use std::sync::Arc;
 
 /// Selection of a draw's faces by transparency.
@@ -30,8 +31,6 @@ pub(crate) enum Layer {
     All,
     /// Faces that are not transparent.
     Opaque,
-    /// Faces that are blended.
-    Transparent,
 }
 
 /// Buffers that one draw leaves to another for reuse.
@@ -65,6 +64,8 @@ pub(crate) struct PreparedDraw<'a> {
     pub geometry_info: Arc<GeometryInfo>,
     /// Transformation of normals to world space.
     pub normal_matrix: NormalMatrix,
+    /// Space in which the vector kernels compute colours.
+    pub space: ShadingSpace,
     /// Token that ends long loops over faces, lines and points early.
     pub cancel: &'a CancelToken,
     /// Handle by which the draw is preempted.
@@ -115,11 +116,18 @@ impl<'a> PreparedDraw<'a> {
         camera: Option<CameraMatrices>,
     ) -> Result<CameraMatrices, PipelineError> {
         check(call, geometry_info)?;
-        let aspect = call.viewport.width.max(1) as f64 / call.viewport.height.max(1) as f64;
         match camera {
             Some(camera) => Ok(camera),
-            None => Ok(call.camera.matrices(aspect)?),
+            None => Ok(Self::camera_of(call)?),
         }
+    }
+
+    /// Returns the matrices of the draw's camera.
+    ///
+    /// # Errors
+    /// When the camera makes no picture.
+    pub fn camera_of(call: &DrawCall) -> Result<CameraMatrices, CameraError> {
+        call.camera.matrices(call.viewport.width.max(1) as f64 / call.viewport.height.max(1) as f64)
     }
 
     /// Prepares a draw that has passed [`PreparedDraw::check`], with this camera.
@@ -132,13 +140,14 @@ impl<'a> PreparedDraw<'a> {
     ) -> Self {
         let screen = ViewportTransform::new(call.viewport, target.memory.width(), target.memory.height());
         let transform = Transform { model: call.model, camera, screen };
-        let lighting = call.lighting_in(ViewerPosition::of(&camera), recycled.prepared_lights);
+        let lighting = call.lighting(ViewerPosition::of(&camera), recycled.prepared_lights);
         recycled.vertices.clear();
         // Stage 1: the plan.
         let plan = plan_draw(call, target, &lighting, &geometry_info);
         PreparedDraw {
             call,
             plan,
+            space: ShadingSpace::new(&transform, geometry_info.bounds),
             assembler: Assembler::new(transform, call.cull),
             vertices: recycled.vertices,
             lighting,
@@ -238,12 +247,12 @@ impl<'a> PreparedDraw<'a> {
 
     /// Returns whether a triangle belongs to `layer`.
     pub fn is_in(&self, triangle: u32, layer: Layer) -> bool {
-        layer == Layer::All || self.is_transparent(triangle) == (layer == Layer::Transparent)
+        layer == Layer::All || !self.is_transparent(triangle)
     }
 
     /// Returns the target's rows as this draw may write them.
     pub fn target_rows<'t>(&self, target: &'t mut Target) -> TargetRows<'t> {
-        TargetRows::new(target, self.transform().screen.clip, self.plan.uses(Part::DepthMemory))
+        TargetRows::new(target, self.transform().screen.clip, &self.plan)
     }
 
     /// Returns whether attributes are interpolated linearly on the screen.

@@ -9,38 +9,29 @@ mod cache;
 mod draw_scene;
 mod workspace;
 
-use super::draw_call::{CoarseDepth, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
-use super::geometry_cache::{GeometryInfo, Needs};
+use super::draw_call::{
+    Backend, CoarseDepth, DrawCall, DrawStats, PathCounts, PipelineError, RenderPath, SceneOptions, Target,
+};
+use super::geometry_cache::GeometryInfo;
 use super::ordered::draw_in_order;
 use super::path_plan::add_path;
 use super::plan::{Part, Plan};
 use super::preemption::Preemption;
 use super::prepared_draw::{Layer, PreparedDraw};
 use super::scene_plan::plan_scene_for;
-use super::tile::{HIERARCHICAL_Z_BYTES, LIST_BYTES, list_bound};
-use super::tile_frontend::{DrawBatch, DrawContext, binding_bytes, unsupported_reason};
-use super::vertex::Vertex;
+use super::tile::{LIST_BYTES, list_bound};
+use super::tile_frontend::{DrawBatch, DrawContext, binding_bytes};
 use super::working::{Working, WorkingBytes, WorkingMemory};
-use super::worst_case::{ListLimits, SMALL_FACES, at_worst, ordered, small_at_worst};
+use super::worst_case::{ListLimits, SMALL_FACES, at_worst, small_at_worst};
 use crate::cancel::CancelToken;
 use crate::executor::Executor;
-use crate::memory::{DepthFormat, MemoryBudget, OverBudget, Rgba, VideoMemory};
+use crate::memory::{MemoryBudget, OverBudget, Rgba, VideoMemory};
 use crate::scene::{Scene, ShadeMode};
 use crate::simd::{Level, fill_pixels};
 use cache::Cache;
 use rayon::prelude::*;
 use std::sync::Arc;
 use workspace::Workspace;
-
-/// The code path that draws.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
-pub enum RenderPath {
-    /// The tile renderer where it supports the draw, otherwise the plain path.
-    #[default]
-    Fast,
-    /// The plain path for every draw: the reference.
-    Plain,
-}
 
 /// Settings of a [`Renderer`].
 #[derive(Clone, Debug, Default)]
@@ -149,10 +140,7 @@ impl Renderer {
     /// Computes the facts that a draw needs of its geometry, within the budget.
     fn prepare_geometry(&mut self, prepared: &PreparedDraw) -> Result<(), OverBudget> {
         let mesh = &prepared.call.geometry.mesh;
-        let needs = match self.options.path {
-            RenderPath::Fast => prepared.needs(),
-            RenderPath::Plain => Needs { prepared: None, faces: false, ..prepared.needs() },
-        };
+        let needs = prepared.needs();
         match prepared.geometry_info.prepare(mesh, needs, self.working.budget()) {
             Ok(()) => Ok(()),
             Err(_) => {
@@ -197,25 +185,15 @@ impl Renderer {
                 self.working.reserve(&worst(self))?;
             }
         }
-        self.workspace.tile.bound_lists(self.bound.0 as usize);
+        self.workspace.draw_batch.bound_lists(self.bound.0 as usize);
         Ok(())
-    }
-
-    /// Reserves the plain path's memory for a draw that was planned for the tile renderer. Returns
-    /// whether it fits.
-    fn reserve_plain(&mut self, prepared: &PreparedDraw) -> bool {
-        let mesh = &prepared.call.geometry.mesh;
-        let mut required = WorkingBytes::default();
-        required[Working::Vertices] = mesh.positions.len() as u64 * size_of::<Vertex>() as u64;
-        ordered(&mut required, mesh.triangles.len() as u64, false);
-        self.working.reserve(&required).is_ok()
     }
 
     /// Returns to the budget what was reserved for the worst case and is not in use.
     fn shrink_reservation(&mut self) {
         if self.working.is_large() {
-            let Workspace { tile, draw_batch, .. } = &self.workspace;
-            self.working.shrink_reservation(tile.list_bytes(), draw_batch.held_bytes());
+            let batch = &self.workspace.draw_batch;
+            self.working.shrink_reservation(batch.list_bytes(), batch.held_bytes());
         }
     }
 
@@ -241,27 +219,21 @@ impl Renderer {
         memory.mark_rows(0..memory.height());
     }
 
-    /// Returns the plan of [`super::plan_scene`], with this renderer's threads and its hierarchical
-    /// culling.
+    /// Returns the backend that plans are made for.
+    fn backend(&self) -> Backend {
+        Backend { path: self.options.path, coarse: self.options.coarse }
+    }
+
+    /// Returns the plan of [`super::plan_scene`] as this renderer draws: by its backend, with its
+    /// threads.
     pub fn plan_scene(&self, target: &Target, scene: &Scene, options: &SceneOptions) -> Plan {
-        let mut plan = plan_scene_for(target, scene, options, self.threads());
-        if plan.uses(Part::TileRenderer) && plan.uses(Part::DepthMemory) {
-            match (self.options.coarse, target.depth_format) {
-                (CoarseDepth::Off, _) => {}
-                (CoarseDepth::On, DepthFormat::F32) => {
-                    let threads = self.options.pool.as_ref().map_or(1, |p| p.current_num_threads()) as u64;
-                    let reason = "hidden faces are left out by cells of 16x8 pixels";
-                    plan.add(
-                        Part::CoarseDepth,
-                        reason,
-                        plan.item(Part::TileRenderer).count,
-                        threads * HIERARCHICAL_Z_BYTES,
-                    );
-                }
-                (CoarseDepth::On, _) => plan.leave_out(Part::CoarseDepth, "only f32 depths have it"),
-            }
-        }
-        plan
+        plan_scene_for(target, scene, options, self.backend(), self.threads())
+    }
+
+    /// Returns the faces that each path has drawn since the working memory was last freed.
+    pub fn path_counts(&self) -> PathCounts {
+        let [vectors, reference] = self.workspace.face_list.faces_drawn();
+        PathCounts { tiles: self.workspace.draw_batch.faces_drawn(), vectors, reference }
     }
 
     /// Draws one mesh: faces in file order, or sorted under HIDE painter; then its lines and points.
@@ -276,11 +248,11 @@ impl Renderer {
         let recycled = std::mem::take(&mut self.workspace.recycled);
         let mut prepared = PreparedDraw::with(call, target, geometry_info, recycled, &mut stats)?;
         (prepared.cancel, prepared.preemption) = (&cancel, &preemption);
-        add_path(&mut prepared.plan, call, target);
+        add_path(&mut prepared, target, self.backend(), true);
         preemption.without(target, items, || self.prepare_geometry(&prepared))?;
         self.reserve(target, |own| own.at_worst(&prepared, target))?;
         prepared.open_buffers(target);
-        self.faces(&mut prepared, Layer::All, target, &mut stats);
+        self.draw_faces(std::slice::from_mut(&mut prepared), Layer::All, target, &mut stats);
         prepared.draw_lines(target, &mut stats);
         prepared.draw_points(target, &mut stats);
         self.workspace.recycled = prepared.into_recycled();
@@ -320,7 +292,8 @@ impl Renderer {
     fn reserve_scene(
         &mut self,
         all: &[PreparedDraw],
-        (target, face_list): (&Target, &WorkingBytes),
+        target: &Target,
+        face_list: &WorkingBytes,
     ) -> Result<(), PipelineError> {
         self.reserve(target, |own| {
             let mut worst = *face_list;
@@ -336,82 +309,56 @@ impl Renderer {
         Ok(())
     }
 
-    /// Draws the faces of one object that belong to a layer, in order; a wireframe completely.
-    fn faces(
+    /// Draws faces of the first objects of `all`, as their plans say, and returns the number of these
+    /// objects: several that the tile renderer draws together, which have no lines and points, or
+    /// one; its faces of a layer in order, or a wireframe completely.
+    fn draw_faces(
         &mut self,
-        prepared: &mut PreparedDraw,
+        all: &mut [PreparedDraw],
         layer: Layer,
         target: &mut Target,
         stats: &mut DrawStats,
-    ) {
-        let is_fast = self.options.path == RenderPath::Fast
-            && layer != Layer::Transparent
-            && unsupported_reason(prepared.call, target, &prepared.plan).is_none();
-        if is_fast {
-            let coarse = self.options.coarse;
-            let context = DrawContext {
-                level: self.level(),
-                executor: &self.executor,
-                coarse,
-                workspace: &mut self.workspace.tile,
+    ) -> usize {
+        if all[0].plan.uses(Part::TileRenderer) {
+            let count = self.batch_size(all, target);
+            let context = DrawContext { level: self.level(), executor: &self.executor };
+            let batch = &mut self.workspace.draw_batch;
+            return match batch.draw(context, &all[..count], target, stats) {
+                0 => batch.draw(context, &all[..1], target, stats),
+                drawn => drawn,
             };
-            if prepared.draw_fast(context, target, stats) {
-                return;
-            }
         }
-        if prepared.plan.uses(Part::TileRenderer) && !self.reserve_plain(prepared) {
-            // The plan did not foresee this path, and its lists do not fit: draw face by face
-            // without them.
-            for t in 0..prepared.call.geometry.mesh.triangles.len() as u32 {
-                if self.executor.is_cancelled() {
-                    return;
-                }
-                prepared.preemption.point(target);
-                prepared.draw_face(t, layer, target, stats);
-            }
-            return;
-        }
+        let prepared = &mut all[0];
         let (preemption, items) = (prepared.preemption, prepared.items());
         preemption.without(target, items, || prepared.transform_all());
         if prepared.call.shade == ShadeMode::Wire {
             prepared.draw_wire(target, stats);
-        } else {
-            let all = std::slice::from_ref(&*prepared);
-            let mut order = std::mem::take(&mut self.workspace.order);
-            preemption.without(target, items, || {
-                order.collect_faces(all, |p, t| p.is_in(t, layer));
-                if prepared.plan.uses(Part::SortFaces) {
-                    order.sort(all, self.executor.cancel());
-                }
-            });
-            self.draw_in_order(all, order.list(), target, stats);
-            self.workspace.order = order;
+            return 1;
         }
+        let all = std::slice::from_ref(&*prepared);
+        let mut order = std::mem::take(&mut self.workspace.order);
+        preemption.without(target, items, || {
+            order.collect_faces(all, |p, t| p.is_in(t, layer));
+            if prepared.plan.uses(Part::SortFaces) {
+                order.sort(all, self.executor.cancel());
+            }
+        });
+        self.draw_in_order(all, order.list(), target, stats);
+        self.workspace.order = order;
+        1
     }
 
-    /// Draws the opaque faces of the first objects of `all` as one batch, where that pays, and
-    /// returns their number. Batched objects have nothing else to draw.
-    fn draw_batch(&mut self, all: &[PreparedDraw], target: &mut Target, stats: &mut DrawStats) -> usize {
-        if self.options.path == RenderPath::Plain || self.threads() < 2 {
-            return 0;
+    /// Returns how many of the first objects of `all` the tile renderer draws together: more than
+    /// one if there are threads to share them, and memory.
+    fn batch_size(&mut self, all: &[PreparedDraw], target: &Target) -> usize {
+        if all.len() < 2 || self.threads() < 2 {
+            return 1;
         }
         let count = self.workspace.draw_batch.count(all, target);
         let mut required = WorkingBytes::default();
-        required[Working::DrawBatch] = {
-            let surfaces = all[..count].iter().map(|p| binding_bytes(p.call));
-            DrawBatch::worst_bytes(surfaces, self.threads(), target)
-        };
-        // If the batch does not fit, each object is drawn by itself.
-        if count == 0 || self.working.reserve(&required).is_err() {
-            return 0;
-        }
-        let level = self.level();
-        self.workspace.draw_batch.draw(
-            (level, &self.executor, self.options.coarse),
-            &all[..count],
-            target,
-            stats,
-        )
+        let surfaces = all[..count].iter().map(|p| binding_bytes(p.call));
+        required[Working::DrawBatch] = DrawBatch::worst_bytes(surfaces, self.threads(), target);
+        if count > 1 && self.working.reserve(&required).is_ok() { count } else { 1 }
     }
 
     /// Draws faces of several objects in the list's order; an entry is (object index, triangle
@@ -423,8 +370,8 @@ impl Renderer {
         target: &mut Target,
         stats: &mut DrawStats,
     ) {
-        let level = (self.options.path == RenderPath::Fast).then(|| self.level());
-        draw_in_order((&self.executor, level), &mut self.workspace.face_list, all, list, target, stats);
+        let context = DrawContext { level: self.level(), executor: &self.executor };
+        draw_in_order(context, &mut self.workspace.face_list, all, list, target, stats);
     }
 }
 
@@ -449,6 +396,7 @@ fn is_small(prepared: &PreparedDraw) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::memory::DepthFormat;
     use crate::scene::shapes;
 
     /// Returns a scene of one large mesh and many small ones, some of them transparent.

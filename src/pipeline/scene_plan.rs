@@ -1,14 +1,15 @@
 //! The plan of a scene, and its worst-case working memory.
 
-use super::draw_call::{DepthUse, DrawCall, SceneOptions, Target};
+use super::draw_call::{Backend, DepthUse, DrawCall, SceneOptions, Target};
 use super::geometry_cache::GeometryInfo;
 use super::light::PreparedLight;
 use super::ordered::face_list_bytes;
+use super::path_plan::plan_call;
 use super::plan::{Part, Plan, Title};
 use super::planner::SORTED_BY_PAINTER;
 use super::prepared_draw::{PreparedDraw, RecycledLists};
-use super::scene::{NOTHING_HIDDEN, calls_of, leaves_depth_out};
-use super::tile::LIST_BYTES;
+use super::scene::{calls_of, leaves_depth_out};
+use super::tile::{HIERARCHICAL_Z_BYTES, LIST_BYTES};
 use super::tile_frontend::{DrawBatch, binding_bytes};
 use super::vertex::Vertex;
 use super::working::{SORT_KEY_BYTES, Working, WorkingBytes};
@@ -20,21 +21,28 @@ use std::sync::Arc;
 ///
 /// Also works for scenes whose camera or meshes [`super::draw_scene`] refuses.
 pub fn plan_scene(target: &Target, scene: &Scene, options: &SceneOptions) -> Plan {
-    plan_scene_for(target, scene, options, 1)
+    plan_scene_for(target, scene, options, Backend::default(), 1)
 }
 
 /// Returns the plan of a scene for a renderer with `threads` threads.
-pub(crate) fn plan_scene_for(target: &Target, scene: &Scene, options: &SceneOptions, threads: u64) -> Plan {
+pub(crate) fn plan_scene_for(
+    target: &Target,
+    scene: &Scene,
+    options: &SceneOptions,
+    backend: Backend,
+    threads: u64,
+) -> Plan {
     let calls = calls_of(scene, options);
     let (width, height) = (target.memory.width(), target.memory.height());
     let title = Title::Scene { objects: calls.len() };
     let mut plan = Plan::of_frame(title, width, height, "nothing is drawn in 3-D");
-    let plans: Vec<Plan> = calls.iter().map(|call| Plan::of_draw(call, target)).collect();
+    let keeps_depth = !leaves_depth_out(&calls, options);
+    let plans: Vec<Plan> = calls.iter().map(|call| plan_call(call, target, backend, keeps_depth)).collect();
     plans.iter().for_each(|own| plan.merge(own));
-    if leaves_depth_out(&calls, options) {
-        plan.leave_out(Part::DepthMemory, NOTHING_HIDDEN);
-        plan.leave_out(Part::PickBuffer, NOTHING_HIDDEN);
-    } else if options.depth_use == DepthUse::SceneOnly && plan.uses(Part::DepthMemory) {
+    if plan.uses(Part::CoarseDepth) {
+        plan.set_bytes(Part::CoarseDepth, threads * HIERARCHICAL_Z_BYTES);
+    }
+    if options.depth_use == DepthUse::SceneOnly && plan.uses(Part::DepthMemory) {
         plan.explain(Part::DepthMemory, "HIDE zbuffer; faces may hide each other");
     }
     // All objects' faces share one list.

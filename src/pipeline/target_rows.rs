@@ -1,6 +1,7 @@
 //! Rows of a render target: the buffers that a draw writes, split between threads.
 
 use super::draw_call::Target;
+use super::plan::{Part, Plan};
 use crate::math::coverage::PixelRect;
 use crate::memory::{DepthFormat, DepthWords, PickBuffer};
 use std::ops::Range;
@@ -24,15 +25,14 @@ pub(crate) struct TargetRows<'t> {
 }
 
 impl<'t> TargetRows<'t> {
-    /// Returns all rows of the frame. With `depth`, depth is tested and written, and so are ids if
-    /// the target has a pick buffer.
-    pub fn new(target: &'t mut Target, clip: PixelRect, depth: bool) -> Self {
-        let size = (target.memory.width(), target.memory.height());
-        let depth = target.depth.as_mut().filter(|_| depth).map(|d| (d.format(), d.words_mut()));
-        let ids = target.ids.as_deref_mut();
-        let ids = ids.filter(|i| depth.is_some() && (i.width(), i.height()) == size).map(PickBuffer::ids_mut);
+    /// Returns all rows of the frame, with its depths and ids if the plan uses them.
+    pub fn new(target: &'t mut Target, clip: PixelRect, plan: &Plan) -> Self {
+        let width = target.memory.width() as usize;
+        let depth = target.depth.as_mut().filter(|_| plan.uses(Part::DepthMemory));
+        let depth = depth.map(|d| (d.format(), d.words_mut()));
+        let ids = target.ids.as_deref_mut().filter(|_| plan.uses(Part::PickBuffer)).map(PickBuffer::ids_mut);
         let bytes = target.memory.bytes_mut();
-        TargetRows { width: size.0 as usize, clip, y0: 0, bytes, depth, ids, written: 0..0 }
+        TargetRows { width, clip, y0: 0, bytes, depth, ids, written: 0..0 }
     }
 
     /// Returns the rows inside the clip rectangle.

@@ -1,8 +1,8 @@
-//! Front end of the tile renderer: decides whether it supports a draw, and builds its job for a
-//! prepared draw.
+//! Front end of the vector kernels: tells the plan whether they support a draw (`support`), and draws
+//! prepared draws by the tile renderer (`draw_batch`).
 //!
-//! All setup is in f64: `shading_space` chooses the space in which colours are computed,
-//! `light_setup` builds the tables that all faces share.
+//! All setup is in f64: `draw_inputs` collects what holds for a draw, `light_setup` builds the tables
+//! that all faces share.
 
 mod blended_raster;
 mod blended_setup;
@@ -10,40 +10,38 @@ mod draw_batch;
 mod draw_inputs;
 mod light_setup;
 mod memory_estimate;
-mod shading_space;
+mod support;
 
 use super::assemble::{Face, Facing};
-use super::draw_call::{CoarseDepth, DrawCall, DrawStats, Target};
+use super::draw_call::{DrawStats, Target};
 use super::indexed_mesh::IndexedMesh;
 use super::plan::{Part, Plan};
-use super::preemption::Slice;
 use super::prepared_draw::PreparedDraw;
 use super::sampler::Footprint;
 use super::shade::ShadingFrequency;
-use super::tile::{self, ExactFace, FRAME_LIMITS, FrameSlices, Scratch, TileDraw, TileStats};
+use super::tile::{ExactFace, FrameSlices, Scratch};
 use super::vertex::Vertex;
 use crate::executor::Executor;
-use crate::memory::opaque;
-use crate::scene::{Cull, FillStyle, HiddenSurface, Interpolation, ShadeMode};
+use crate::memory::{PickBuffer, opaque};
+use crate::scene::Interpolation;
 use crate::simd::Level;
 pub(crate) use blended_raster::BlendedRaster;
-pub(crate) use blended_setup::{BlendedSetup, blended_unsupported_reason};
+pub(crate) use blended_setup::BlendedSetup;
 pub(crate) use draw_batch::DrawBatch;
 use glam::DVec3;
 use light_setup::{RecycledBindings, Tables};
 pub(crate) use memory_estimate::{binding_bytes, estimated_bytes, working_bytes};
 
-/// SIMD level, executor and workspace of a draw.
+/// SIMD level and executor of a draw.
+#[derive(Clone, Copy)]
 pub(crate) struct DrawContext<'t> {
     pub level: Level,
     pub executor: &'t Executor,
-    pub coarse: CoarseDepth,
-    pub workspace: &'t mut TileWorkspace,
 }
 
 /// Buffers that are kept from draw to draw.
 #[derive(Debug, Default)]
-pub(crate) struct TileWorkspace {
+struct TileWorkspace {
     scratch: Scratch,
     tables: Tables,
     recycled: RecycledBindings,
@@ -59,16 +57,6 @@ impl TileWorkspace {
     fn table_bytes(&self) -> usize {
         self.scratch.vertex_bytes() + self.tables.size_bytes()
     }
-
-    /// Returns the bytes that the tiles' face lists have room for.
-    pub fn list_bytes(&self) -> u64 {
-        self.scratch.lists_held() as u64
-    }
-
-    /// Sets the bytes of the tiles' face lists at which a draw is split into pieces.
-    pub fn bound_lists(&mut self, bytes: usize) {
-        self.scratch.list_bytes = bytes;
-    }
 }
 
 /// Maximum number of faces of a mesh that the calling thread may draw alone.
@@ -78,98 +66,7 @@ const FEW_FACES: usize = 512;
 /// screen, times one plus the lights per pixel.
 const LITTLE_WORK: f64 = 40_000.0;
 
-/// Returns the reason why the tile renderer does not support a draw, as far as the plan tells;
-/// `None` if it does.
-pub(crate) fn unsupported_reason(call: &DrawCall, target: &Target, plan: &Plan) -> Option<&'static str> {
-    let (width, height) = (target.memory.width() as usize, target.memory.height() as usize);
-    let mesh = &call.geometry.mesh;
-    if mesh.triangles.is_empty() {
-        return Some("no face");
-    }
-    if call.shade == ShadeMode::Wire {
-        return Some("SHADE wire is drawn line by line");
-    }
-    if call.stages.is_some() {
-        return Some("several textures are joined pixel by pixel");
-    }
-    if call.fill != FillStyle::default() {
-        return Some("hatched faces, or faces without filling, have no fast form");
-    }
-    if call.hide == HiddenSurface::Painter {
-        return Some("HIDE painter sorts its faces");
-    }
-    if plan.uses(Part::ReadBack) {
-        return Some("transparent faces are blended one after the other");
-    }
-    if width < FRAME_LIMITS.0 || width > FRAME_LIMITS.1 || height > FRAME_LIMITS.1 {
-        return Some("the frame is too narrow, too wide or too high for vectors");
-    }
-    let is_lit = plan.uses(Part::LightVertices) || plan.uses(Part::LightFaces);
-    // Faces with one colour each have a table of colours, lit or not.
-    let has_tables = is_lit || (call.shade == ShadeMode::Flat && !mesh.colors.is_empty());
-    if call.back_material.is_some() && call.cull == Cull::None && has_tables {
-        return Some(
-            "a material for faces seen from behind, coloured at vertices or faces, has no fast form",
-        );
-    }
-    if call.two_sided_lighting && call.cull != Cull::Back && is_lit {
-        return Some("two-sided light at vertices or faces has no fast form");
-    }
-    if mesh.triangles.len() >= 1 << 30 || mesh.corners.len() >= 1 << 30 {
-        return Some("the mesh is too large for vectors");
-    }
-    None
-}
-
 impl PreparedDraw<'_> {
-    /// Draws the opaque faces by the tile renderer. Returns `false`, with nothing drawn, if the
-    /// draw proves to be unsupported: its values are out of range for f32, or nothing is in view.
-    pub fn draw_fast(&self, context: DrawContext<'_>, target: &mut Target, stats: &mut DrawStats) -> bool {
-        let TileWorkspace { scratch, tables, recycled } = context.workspace;
-        let Some(mut inputs) = self.inputs(recycled) else { return false };
-        inputs.coarse = context.coarse;
-        let serial = self.is_small().then(|| context.executor.serial());
-        let executor = serial.as_ref().unwrap_or(context.executor);
-        let (level, format) = (context.level, target.depth_format);
-        let items = self.items();
-        let result = self.preemption.run_draw(executor, || {
-            let make_tables = || self.make_tables(&mut inputs, level, executor, tables);
-            self.preemption.without(target, items, || executor.run(make_tables));
-            self.with_job(&inputs, tables, format, |job| {
-                self.draw_job(job, (level, executor), scratch, target)
-            })
-        });
-        recycled.take_back(inputs.bindings);
-        *stats += self.counted(result.draw);
-        true
-    }
-
-    /// Draws a job by the tile renderer. The owner of the target has it while faces are binned, and
-    /// between slices of the rows of tiles.
-    fn draw_job(
-        &self,
-        job: &tile::DrawJob<'_>,
-        (level, executor): (Level, &Executor),
-        scratch: &mut Scratch,
-        target: &mut Target,
-    ) -> TileStats {
-        let (preemption, items) = (self.preemption, self.items());
-        let (width, has_depth) = (target.memory.width() as usize, self.plan.uses(Part::DepthMemory));
-        let begin = || executor.run(|| TileDraw::new(level, executor, scratch, job, width));
-        let mut draw = preemption.without(target, items, begin);
-        while preemption.without(target, items, || executor.run(|| draw.bin(level, executor, scratch, job))) {
-            while !executor.run(|| {
-                let slice = &Slice::new(preemption);
-                draw.draw_rows((level, executor, slice), scratch, job, frame_of(target, has_depth))
-            }) {
-                target.memory.mark_rows(draw.rows());
-                preemption.point(target);
-            }
-            target.memory.mark_rows(draw.rows());
-        }
-        draw.into_stats()
-    }
-
     /// Returns the number of faces and vertices, on which the time of most stages depends.
     pub fn items(&self) -> usize {
         let mesh = &self.call.geometry.mesh;
@@ -212,15 +109,13 @@ impl PreparedDraw<'_> {
     }
 }
 
-/// Returns the target's memories as the tile renderer's slices.
-fn frame_of<'t>(target: &'t mut Target, has_depth: bool) -> FrameSlices<'t> {
-    let (width, size) = (target.memory.width(), (target.memory.width(), target.memory.height()));
-    let depth = target.depth.as_mut().filter(|_| has_depth).map(|d| d.cells_mut());
-    let pick = match target.ids.as_deref_mut().filter(|i| (i.width(), i.height()) == size) {
-        Some(ids) if has_depth => ids.ids_mut(),
-        _ => &mut [],
-    };
-    FrameSlices { width: width as usize, bytes: target.memory.bytes_mut(), depth, pick }
+/// Returns the memories of the target that the plan uses, as the tile renderer's slices.
+fn frame_of<'t>(target: &'t mut Target, plan: &Plan) -> FrameSlices<'t> {
+    let width = target.memory.width() as usize;
+    let depth = target.depth.as_mut().filter(|_| plan.uses(Part::DepthMemory)).map(|d| d.cells_mut());
+    let pick = target.ids.as_deref_mut().filter(|_| plan.uses(Part::PickBuffer));
+    let pick = pick.map_or(&mut [] as &mut [_], PickBuffer::ids_mut);
+    FrameSlices { width, bytes: target.memory.bytes_mut(), depth, pick }
 }
 
 impl PreparedDraw<'_> {
@@ -287,9 +182,4 @@ fn complement_range(corners: &[Vertex; 3]) -> [f64; 2] {
     }
     let [a, b, c] = corners.each_ref().map(|v| v.complement / v.clip.w);
     [a.min(b).min(c), a.max(b).max(c)]
-}
-
-/// Rounds a vector to f32.
-fn f32s(v: DVec3) -> [f32; 3] {
-    [v.x as f32, v.y as f32, v.z as f32]
 }

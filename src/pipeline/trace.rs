@@ -13,8 +13,9 @@ mod collect;
 mod display;
 mod fast;
 
-use super::draw_call::{DrawCall, DrawStats, PipelineError, SceneOptions, Target};
+use super::draw_call::{Backend, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 use super::light::{LightTerm, SurfacePoint};
+use super::path_plan::add_path;
 use super::prepared_draw::PreparedDraw;
 use super::scene::calls_of;
 use crate::memory::{DepthFormat, FbPtr, MemoryError, Rgba, VideoMemory};
@@ -232,7 +233,8 @@ fn trace_calls(
     let mut depth = None;
     let target = Target { memory: &mut memory, depth: &mut depth, depth_format: format, ids: None };
     let prepared = calls.iter().map(|call| PreparedDraw::new(call, &target, &mut DrawStats::default()));
-    let all = prepared.collect::<Result<Vec<_>, _>>()?;
+    let mut all = prepared.collect::<Result<Vec<_>, _>>()?;
+    all.iter_mut().for_each(|p| add_path(p, &target, Backend::default(), true));
     let (object, triangle, at) = match probe {
         Probe::Triangle(n) => {
             let (object, triangle) = numbered(&all, n)?;

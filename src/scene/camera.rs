@@ -235,8 +235,8 @@ impl Default for Camera {
     }
 }
 
-/// Matrices and vectors of a camera for one viewport aspect.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Matrices and vectors of a camera for one viewport aspect; by default those of no camera.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CameraMatrices {
     /// Matrix from world to view space.
     pub view: DMat4,

@@ -6,7 +6,7 @@ use super::frame::ViewerFrame;
 use super::keys::Look;
 use crate::load::x3d::X3dDocument;
 use crate::memory::DepthFormat;
-use crate::pipeline::{self, DepthUse, DrawStats, Part, Renderer, SceneOptions};
+use crate::pipeline::{DepthUse, DrawStats, Part, Renderer, SceneOptions};
 use crate::scene::{
     self, Camera, Geometry, Sampling, Scene, ShadeMode, Texture, TextureUse, ViewOverrides, viewers_light,
 };
@@ -154,10 +154,10 @@ impl Space {
 
     /// Returns the plan of drawing as lines of text: what is used, what is left out, and the counts
     /// of the last drawing.
-    pub fn plan(&mut self, wishes: &Wishes, frame: &mut ViewerFrame) -> Vec<String> {
+    pub fn plan(&mut self, wishes: &Wishes, frame: &mut ViewerFrame, renderer: &Renderer) -> Vec<String> {
         let scene = self.seen(wishes);
         let options = Self::options(wishes, frame);
-        let plan = pipeline::plan_scene(&frame.target(), &scene, &options);
+        let plan = renderer.plan_scene(&frame.target(), &scene, &options);
         let mut lines = vec![format!("plan: {}, {} bytes", plan.title, plan.bytes())];
         for item in plan.items().iter().filter(|i| i.used) {
             let (name, unit) = item.part.as_str();

@@ -118,7 +118,7 @@ impl Viewer {
     /// Returns the lines of the plan, with the drawing time.
     fn plan(&mut self) -> Vec<String> {
         let mut lines = match &mut self.subject {
-            Subject::Space(space) => space.plan(&self.wishes, &mut self.frame),
+            Subject::Space(space) => space.plan(&self.wishes, &mut self.frame, &self.renderer),
             Subject::Nd(nd) => nd.plan(),
             Subject::Replay(replay) => replay.plan(),
             Subject::Tour(_) => Vec::new(),

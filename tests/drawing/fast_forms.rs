@@ -227,7 +227,10 @@ fn fog_and_materials_behind_are_the_tile_renderers_and_look_as_by_the_plain_path
             object.two_sided_lighting = seed % 3 > 0;
             let kd = dice.point(0.0, 1.0);
             object.back_material = Some(Material { kd, ka: DVec3::splat(0.1), ..Material::default() });
-            object.texture = object.texture.take().filter(|(t, _)| !t.has_alpha());
+            // A texture without coordinates is left to the plain path.
+            let mesh = &object.geometry.mesh;
+            let has_texcoords = mesh.corners.iter().all(|c| (c.texcoord as usize) < mesh.texcoords.len());
+            object.texture = object.texture.take().filter(|(t, _)| has_texcoords && !t.has_alpha());
         }
         let (mut memory, mut depth) = (VideoMemory::new(150, 60).unwrap(), None);
         let target = Target { memory: &mut memory, depth: &mut depth, depth_format: shot.format, ids: None };

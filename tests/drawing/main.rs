@@ -11,6 +11,7 @@ mod fast_path;
 mod fragments;
 mod hard_cases;
 mod pipeline_truth;
+mod plan_paths;
 mod small_draws;
 mod truth;
 mod truth_files;

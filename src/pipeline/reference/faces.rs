@@ -4,22 +4,15 @@ use super::rasterize::{Raster, WriteMask};
 use crate::pipeline::assemble::Face;
 use crate::pipeline::draw_call::{DrawStats, Target};
 use crate::pipeline::light::LitColor;
-use crate::pipeline::prepared_draw::{Layer, PreparedDraw};
+use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::shade::{FaceShade, ShadingFrequency};
 use crate::pipeline::target_rows::TargetRows;
 use crate::scene::FillStyle;
 use glam::DVec3;
 
 impl PreparedDraw<'_> {
-    /// Runs stages 4 to 10 for one triangle, if it belongs to `layer`.
-    pub fn draw_face(&self, triangle: u32, layer: Layer, target: &mut Target, stats: &mut DrawStats) {
-        if self.is_in(triangle, layer) {
-            self.draw_any_face(triangle, target, stats);
-        }
-    }
-
     /// Runs stages 4 to 10 for one triangle.
-    pub fn draw_any_face(&self, triangle: u32, target: &mut Target, stats: &mut DrawStats) {
+    pub fn draw_face(&self, triangle: u32, target: &mut Target, stats: &mut DrawStats) {
         let Some(face) = self.assemble(triangle, stats) else { return };
         let shade = self.shade(triangle, face.side, stats);
         self.cover(&face, &shade, triangle, WriteMask::Color, target, stats);

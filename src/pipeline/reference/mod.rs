@@ -40,7 +40,7 @@ pub fn draw(target: &mut Target, call: &DrawCall) -> Result<DrawStats, PipelineE
         for &(_, triangle) in order.list() {
             // 4 cull, 5 cut at the eye, 6 coverage, 7 depth, 8 attributes, 9 shade, 10 blend and
             // write
-            prepared.draw_any_face(triangle, target, &mut stats);
+            prepared.draw_face(triangle, target, &mut stats);
         }
     }
     // 11 lines and points of the mesh

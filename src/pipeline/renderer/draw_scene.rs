@@ -5,13 +5,13 @@ use super::workspace::SceneLists;
 use crate::cancel::CancelToken;
 use crate::pipeline::backdrop::{paint, paint_sky};
 use crate::pipeline::depth_sort::{FaceOrder, recycle};
-use crate::pipeline::draw_call::{DrawCall, DrawStats, PipelineError, SceneOptions, Target};
+use crate::pipeline::draw_call::{Backend, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 use crate::pipeline::geometry_cache::GeometryInfo;
 use crate::pipeline::path_plan::add_path;
 use crate::pipeline::plan::Part;
 use crate::pipeline::preemption::Preemption;
 use crate::pipeline::prepared_draw::{Layer, PreparedDraw, RecycledLists};
-use crate::pipeline::scene::{NOTHING_HIDDEN, each_call, leaves_depth_out};
+use crate::pipeline::scene::{each_call, leaves_depth_out};
 use crate::pipeline::scene_plan::{in_order, object_bytes};
 use crate::scene::{CameraMatrices, HiddenSurface, Scene, ShadeMode, TransparencyOrder};
 use rayon::prelude::*;
@@ -52,16 +52,17 @@ impl Renderer {
         let check = || self.check_calls(&calls, &mut geometry_infos);
         if let Some(camera) = preemption.without(target, items, check)? {
             let keeps_depth = !leaves_depth_out(&calls, options);
-            let interrupts = (&cancel, &preemption);
             for (calls, recycled) in calls.chunks(OBJECTS_AT_ONCE).zip(recycled.chunks_mut(OBJECTS_AT_ONCE)) {
                 preemption.point(target);
-                let draws = ObjectDraws { camera, target, keeps_depth, interrupts };
-                self.prepare_objects(&draws, calls, (&mut geometry_infos, recycled), &mut all);
+                let (cancel, preemption) = (&cancel, &preemption);
+                let draws =
+                    ObjectDraws { camera, target, backend: self.backend(), keeps_depth, cancel, preemption };
+                self.prepare_objects(&draws, calls, &mut geometry_infos, recycled, &mut all);
             }
         }
         let face_list = in_order(all.iter().map(|p| (p.call, &p.plan)), options, object_bytes);
         preemption.without(target, items, || self.prepare_geometries(&all))?;
-        self.reserve_scene(&all, (target, &face_list))?;
+        self.reserve_scene(&all, target, &face_list)?;
         let mut stats = DrawStats::default();
         stats.vertices += all.iter().map(PreparedDraw::vertices_in).sum::<u64>();
         self.paint_background(target, scene, options);
@@ -102,7 +103,8 @@ impl Renderer {
         &self,
         draws: &ObjectDraws<'_, 'c>,
         calls: &'c [DrawCall<'c>],
-        (geometry_infos, recycled): (&mut Vec<Arc<GeometryInfo>>, &mut [RecycledLists]),
+        geometry_infos: &mut Vec<Arc<GeometryInfo>>,
+        recycled: &mut [RecycledLists],
         all: &mut Vec<PreparedDraw<'c>>,
     ) {
         match self.executor.pool() {
@@ -123,7 +125,7 @@ impl Renderer {
         match (&scene.sky, scene.background.color) {
             (Some(sky), _) => {
                 let camera = scene.camera.unwrap_or(options.camera);
-                paint_sky(target, options.viewport, &camera, sky, (&self.executor, &self.options.preemption));
+                paint_sky(target, options.viewport, &camera, sky, &self.executor, &self.options.preemption);
             }
             (None, Some(color)) => paint(target, options.viewport, color),
             (None, None) => {}
@@ -152,15 +154,15 @@ impl Renderer {
         let mut at = 0;
         while at < all.len() && !self.executor.is_cancelled() {
             preemption.point(target);
-            let batched = if is_painted { 0 } else { self.draw_batch(&all[at..], target, stats) };
-            at += batched;
-            let Some(prepared) = all.get_mut(at).filter(|_| batched == 0) else { continue };
-            at += 1;
-            if prepared.call.shade == ShadeMode::Wire || !is_painted {
-                self.faces(prepared, Layer::Opaque, target, stats);
+            let end = match is_painted && all[at].call.shade != ShadeMode::Wire {
+                true => at + 1,
+                false => at + self.draw_faces(&mut all[at..], Layer::Opaque, target, stats),
+            };
+            for prepared in &all[at..end] {
+                prepared.draw_lines(target, stats);
+                prepared.draw_points(target, stats);
             }
-            prepared.draw_lines(target, stats);
-            prepared.draw_points(target, stats);
+            at = end;
         }
     }
 
@@ -197,10 +199,13 @@ fn items_of(all: &[PreparedDraw]) -> usize {
 struct ObjectDraws<'t, 'c> {
     camera: CameraMatrices,
     target: &'t Target<'t>,
+    backend: Backend,
     /// True unless the scene needs no depth.
     keeps_depth: bool,
-    /// The token that cancels the draws, and the handle by which they are preempted.
-    interrupts: (&'c CancelToken, &'c Preemption),
+    /// Token that cancels the draws.
+    cancel: &'c CancelToken,
+    /// Handle by which they are preempted.
+    preemption: &'c Preemption,
 }
 
 impl<'c> ObjectDraws<'_, 'c> {
@@ -213,12 +218,8 @@ impl<'c> ObjectDraws<'_, 'c> {
     ) -> PreparedDraw<'c> {
         let mut prepared =
             PreparedDraw::of(call, self.camera, self.target, geometry_info, std::mem::take(recycled));
-        (prepared.cancel, prepared.preemption) = self.interrupts;
-        add_path(&mut prepared.plan, call, self.target);
-        if !self.keeps_depth {
-            prepared.plan.leave_out(Part::DepthMemory, NOTHING_HIDDEN);
-            prepared.plan.leave_out(Part::PickBuffer, NOTHING_HIDDEN);
-        }
+        (prepared.cancel, prepared.preemption) = (self.cancel, self.preemption);
+        add_path(&mut prepared, self.target, self.backend, self.keeps_depth);
         prepared
     }
 }

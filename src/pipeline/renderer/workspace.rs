@@ -5,22 +5,20 @@ use crate::pipeline::draw_call::DrawCall;
 use crate::pipeline::geometry_cache::GeometryInfo;
 use crate::pipeline::ordered::FaceList;
 use crate::pipeline::prepared_draw::{PreparedDraw, RecycledLists};
-use crate::pipeline::tile_frontend::{DrawBatch, TileWorkspace};
+use crate::pipeline::tile_frontend::DrawBatch;
 use std::fmt;
 use std::sync::Arc;
 
 /// Buffers that one draw leaves to the next, so that a steady frame allocates nothing large.
 #[derive(Debug, Default)]
 pub(super) struct Workspace {
-    /// Buffers of the tile renderer.
-    pub tile: TileWorkspace,
     /// Lists of the last single draw.
     pub recycled: RecycledLists,
     /// Faces of one object that are drawn in submission order.
     pub order: FaceOrder,
     /// Prepared faces of such lists.
     pub face_list: FaceList,
-    /// Small draws that are rasterized together.
+    /// Buffers of the tile renderer.
     pub draw_batch: DrawBatch,
     /// Lists of the last scene.
     pub scene: SceneLists,
@@ -29,8 +27,7 @@ pub(super) struct Workspace {
 impl Workspace {
     /// Returns the bytes that the buffers take.
     pub fn size_bytes(&self) -> usize {
-        self.tile.size_bytes()
-            + self.scene.size_bytes()
+        self.scene.size_bytes()
             + self.recycled.size_bytes()
             + self.order.size_bytes()
             + self.draw_batch.size_bytes()

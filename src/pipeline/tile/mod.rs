@@ -63,12 +63,10 @@ pub(crate) use tile_rows::{BinnedDraw, Counts, RowProgress, TileRowBuffers, for_
 pub(crate) use vertex::{ScreenVertex, ToScreen};
 pub(crate) use vertex_lighting::VertexLightingKernel;
 
-use crate::executor::Executor;
 use crate::math::coverage::PixelRect;
 use crate::memory::DepthCells;
-use crate::pipeline::draw_call::{CoarseDepth, DrawStats};
+use crate::pipeline::draw_call::CoarseDepth;
 use crate::pipeline::indexed_mesh::IndexedMesh;
-use crate::pipeline::preemption::Slice;
 use crate::simd::Level;
 use bins::{Bin, Chunk};
 use depth_f64::DepthVertex;
@@ -175,7 +173,8 @@ impl Scratch {
     }
 }
 
-/// One draw of opaque faces.
+/// One draw of opaque faces. The frame's sides must lie within [`FRAME_LIMITS`], and the mesh must
+/// have fewer than 2^30 faces.
 pub(crate) struct DrawJob<'a> {
     /// Mesh to draw.
     pub mesh: &'a IndexedMesh,
@@ -212,105 +211,6 @@ pub(crate) struct DepthF64 {
 /// vertices must reach every pixel).
 pub(crate) const FRAME_LIMITS: (usize, usize) = (16, 15_900);
 
-/// Counts of one draw.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct TileStats {
-    /// Faces in and out, fragments tested and passed; the lighting counts stay 0.
-    pub draw: DrawStats,
-    /// Pixels shaded, each once.
-    pub shaded: u64,
-    /// Rows that may have been written, half-open.
-    pub rows: (u32, u32),
-}
-
 /// Size in bytes of a screen vertex, and of a vertex's depth in f64.
 pub(crate) const SCREEN_VERTEX_BYTES: u64 = size_of::<ScreenVertex>() as u64;
 pub(crate) const DEPTH_VERTEX_BYTES: u64 = size_of::<DepthVertex>() as u64;
-
-/// Most rows of tiles of a frame.
-pub(crate) const MOST_TILE_ROWS: usize = FRAME_LIMITS.1.div_ceil(grid::Grid::TILE_ROWS as usize);
-
-/// A draw in progress: a piece of its faces that is binned, and what of it is drawn.
-///
-/// The frame's sides must lie within [`FRAME_LIMITS`], the clip rectangle inside the frame, and the
-/// mesh must have fewer than 2^30 faces. All methods are called with the same job and scratch, on
-/// whose vertices and bins the draw relies, inside [`Executor::run`].
-pub(crate) struct TileDraw {
-    binning: Binning,
-    binned: Option<Binned>,
-    progress: [RowProgress; MOST_TILE_ROWS],
-    counts: Counts,
-    stats: TileStats,
-}
-
-impl TileDraw {
-    /// Culls the clusters of `job`, which is drawn to a frame of this width.
-    pub fn new(
-        level: Level,
-        executor: &Executor,
-        scratch: &mut Scratch,
-        job: &DrawJob<'_>,
-        width: usize,
-    ) -> Self {
-        TileDraw {
-            binning: Binning::new(level, executor, scratch, job, width),
-            binned: None,
-            progress: std::array::from_fn(|_| RowProgress::default()),
-            counts: Counts::default(),
-            stats: TileStats { rows: (u32::MAX, 0), ..TileStats::default() },
-        }
-    }
-
-    /// Bins the next piece of the faces, when the last one has been drawn. Returns `false` after the
-    /// last piece. Does not touch the frame.
-    pub fn bin(
-        &mut self,
-        level: Level,
-        executor: &Executor,
-        scratch: &mut Scratch,
-        job: &DrawJob<'_>,
-    ) -> bool {
-        self.binned = self.binning.next(level, executor, scratch, job, &mut self.stats.draw);
-        if let Some((first, last)) = self.binned.and_then(|binned| binned.bands) {
-            self.progress[first..=last].fill_with(RowProgress::default);
-        }
-        self.binned.is_some()
-    }
-
-    /// Draws rows of tiles until the piece is drawn or `slice` is over. Returns whether the piece
-    /// is drawn, or the draw cancelled.
-    pub fn draw_rows(
-        &mut self,
-        (level, executor, slice): (Level, &Executor, &Slice),
-        scratch: &Scratch,
-        job: &DrawJob<'_>,
-        frame: FrameSlices<'_>,
-    ) -> bool {
-        let Some((binned, bands)) = self.binned.and_then(|binned| Some((binned, binned.bands?))) else {
-            return true;
-        };
-        let progress = &self.progress;
-        let draw = BinnedDraw { level, scratch, binned: &binned, job, counts: &self.counts, slice };
-        let rows = for_each_tile_row(executor, bands, &job.view, frame, &|band, buffers, ids| {
-            draw.draw_tile_row(band, &progress[band], buffers, ids);
-        });
-        self.stats.rows = (self.stats.rows.0.min(rows.0), self.stats.rows.1.max(rows.1));
-        executor.is_cancelled() || self.progress[bands.0..=bands.1].iter().all(RowProgress::is_complete)
-    }
-
-    /// Returns the rows that may have been written, half-open.
-    pub fn rows(&self) -> std::ops::Range<u32> {
-        if self.stats.rows.0 > self.stats.rows.1 { 0..0 } else { self.stats.rows.0..self.stats.rows.1 }
-    }
-
-    /// Returns the counts.
-    pub fn into_stats(self) -> TileStats {
-        let rows = self.rows();
-        let mut stats = TileStats { rows: (rows.start, rows.end), ..self.stats };
-        stats.draw.faces_hidden = self.counts.hidden();
-        stats.draw.pixels_tested += self.counts.tested.into_inner();
-        stats.draw.pixels_written = self.counts.passed.into_inner();
-        stats.shaded = self.counts.shaded.into_inner();
-        stats
-    }
-}

@@ -3,6 +3,7 @@
 use super::fog::FogParams;
 use super::lighting::MaterialLighting;
 use super::sampler::TextureSampler;
+pub use crate::pipeline::shading_space::Eye;
 
 /// Source of the colours, with its per-vertex or per-face arrays.
 #[derive(Clone, Copy, Debug)]
@@ -16,23 +17,6 @@ pub enum ColorSource<'a> {
     Faces(&'a [[f32; 4]], &'a [[f32; 4]]),
     /// One colour for each material.
     Constant,
-}
-
-/// Reconstruction of a pixel's position in shading space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Eye {
-    /// Eye-relative position = (ray 0 + ray 1 * column + ray 2 * row) * w; V points back along it.
-    Perspective {
-        /// Ray at pixel (0,0), and its steps per column and per row.
-        ray: [[f32; 3]; 3],
-    },
-    /// The viewer is at the origin; positions are interpolated from the vertices.
-    Interpolated,
-    /// V is constant; positions are interpolated from the vertices.
-    Parallel {
-        /// Unit vector towards the viewer.
-        to_viewer: [f32; 3],
-    },
 }
 
 /// Shades one pixel in f64. Arguments: face, column, row; result: R, G, B, A.

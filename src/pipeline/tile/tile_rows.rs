@@ -18,7 +18,7 @@ use super::{Binned, DepthF64, DrawJob, FrameSlices, Scratch};
 use crate::executor::Executor;
 use crate::math::coverage::PixelRect;
 use crate::memory::DepthCells;
-use crate::pipeline::draw_call::CoarseDepth;
+use crate::pipeline::draw_call::{CoarseDepth, DrawStats};
 use crate::pipeline::preemption::Slice;
 use crate::simd::Level;
 use std::ops::Range;
@@ -32,28 +32,23 @@ const FEW_TILES: usize = 24;
 /// Pixel rows of a row of tiles, the unit of work of a thread.
 const BAND_ROWS: usize = Grid::TILE_ROWS as usize;
 
-/// Counts of fragments tested and passed, of pixels shaded and of hidden faces.
+/// Counts of fragments tested and passed, and of hidden faces.
 #[derive(Debug, Default)]
 pub(crate) struct Counts {
     /// Fragments tested.
     pub(super) tested: AtomicU64,
     /// Fragments passed.
     pub(super) passed: AtomicU64,
-    /// Pixels shaded.
-    pub(super) shaded: AtomicU64,
     /// Faces skipped by hierarchical z, once for each tile.
     pub(super) hidden: AtomicU64,
 }
 
 impl Counts {
-    /// Returns the fragments tested and passed.
-    pub fn fragments(&self) -> (u64, u64) {
-        (self.tested.load(Relaxed), self.passed.load(Relaxed))
-    }
-
-    /// Returns the faces skipped by hierarchical z, counted once for each tile.
-    pub fn hidden(&self) -> u64 {
-        self.hidden.load(Relaxed)
+    /// Adds the counts to those of setting faces up.
+    pub fn add_to(&self, stats: &mut DrawStats) {
+        stats.pixels_tested += self.tested.load(Relaxed);
+        stats.pixels_written += self.passed.load(Relaxed);
+        stats.faces_hidden += self.hidden.load(Relaxed);
     }
 }
 
@@ -71,6 +66,11 @@ impl RowProgress {
     /// Returns whether the row is complete.
     pub fn is_complete(&self) -> bool {
         self.0.load(Relaxed) == Self::COMPLETE
+    }
+
+    /// Lets the row begin again, with another draw.
+    pub fn restart(&self) {
+        self.0.store(0, Relaxed);
     }
 
     /// Notes that the row is complete.
@@ -176,7 +176,7 @@ impl BinnedDraw<'_> {
         };
         // Words of 16 bits are widened to 32 while a tile is drawn.
         let mut widened = if buffers.narrow.is_empty() { None } else { Some(AtLine([0; _])) };
-        let mut stats = TileRowStats::default();
+        let mut stats = RasterStats::default();
         // A few reached tiles are read from their list: scanning all tiles would cost a small draw
         // more than its pixels.
         let few = match chunks {
@@ -211,10 +211,9 @@ impl BinnedDraw<'_> {
         if !is_over {
             progress.complete();
         }
-        counts.tested.fetch_add(stats.raster.tested, Relaxed);
-        counts.passed.fetch_add(stats.raster.passed, Relaxed);
-        counts.shaded.fetch_add(stats.shaded, Relaxed);
-        counts.hidden.fetch_add(stats.raster.hidden, Relaxed);
+        counts.tested.fetch_add(stats.tested, Relaxed);
+        counts.passed.fetch_add(stats.passed, Relaxed);
+        counts.hidden.fetch_add(stats.hidden, Relaxed);
     }
 
     /// Returns the faces that pixels are shaded from.
@@ -228,14 +227,6 @@ impl BinnedDraw<'_> {
             exact_face,
         }
     }
-}
-
-/// Counts of a row of tiles.
-#[derive(Default)]
-struct TileRowStats {
-    raster: RasterStats,
-    /// Pixels shaded.
-    shaded: u64,
 }
 
 /// A row of tiles while it is drawn.
@@ -260,7 +251,7 @@ impl TileRow<'_> {
         buffers: &mut TileRowBuffers<'_>,
         ids: &mut Ids,
         widened: Option<&mut Ids>,
-        stats: &mut TileRowStats,
+        stats: &mut RasterStats,
     ) -> u64 {
         let (grid, width) = (self.draw.binned.grid, buffers.width);
         let column = bin % grid.columns;
@@ -285,19 +276,19 @@ impl TileRow<'_> {
             let r = chunk.bins[bin].reach;
             reach = [reach[0].min(r[0]), reach[1].min(r[1]), reach[2].max(r[2]), reach[3].max(r[3])];
             let done = self.rasterize(chunk, bin, &mut tile);
-            stats.raster.tested += done.tested;
-            stats.raster.hidden += done.hidden;
+            stats.tested += done.tested;
+            stats.hidden += done.hidden;
             passed += done.passed;
         }
         if passed == 0 {
             return visits;
         }
-        stats.raster.passed += passed;
+        stats.passed += passed;
         if is_widened {
             narrow(tile.depth, width, columns, &mut *buffers.narrow);
         }
         let [left, top, right, bottom] = reach.map(i32::from);
-        stats.shaded += self.draw.level.dispatch(ResolveKernel {
+        self.draw.level.dispatch(ResolveKernel {
             faces: self.faces,
             reach: PixelRect { x0: left.max(x0), y0: top.max(y0), x1: right.min(x1), y1: bottom.min(y1) },
             tile: &mut tile,

@@ -1,25 +1,24 @@
-//! Batches of consecutive small draws: one has too little work for two threads, all of them have
-//! enough.
+//! Batches of draws by the tile renderer: a draw of any size by itself, or several small ones, each
+//! of which has too little work for two threads.
 //!
 //! First each draw is prepared independently, on any thread: inputs, tables, binning of its faces.
 //! Then each row of tiles is drawn, on any thread: the draws that reach it, in submission order. A
 //! pixel belongs to one row of tiles, so it sees the draws in order, and each draw writes there
-//! what it would write alone: the bytes are the same.
+//! what it would write alone: the bytes are the same. The owner of the target has it while faces are
+//! binned, and between slices of the rows of tiles.
 
 use super::draw_inputs::DrawInputs;
-use super::{FEW_FACES, TileWorkspace, frame_of, unsupported_reason};
-use crate::executor::Executor;
+use super::{DrawContext, FEW_FACES, TileWorkspace, frame_of};
 use crate::memory::DepthFormat;
 use crate::pipeline::depth_sort::recycle;
-use crate::pipeline::draw_call::{CoarseDepth, DrawStats, Target};
+use crate::pipeline::draw_call::{DrawStats, Target};
 use crate::pipeline::plan::Part;
-use crate::pipeline::preemption::{NOT_PREEMPTED, Slice};
+use crate::pipeline::preemption::Slice;
 use crate::pipeline::prepared_draw::PreparedDraw;
-use crate::pipeline::tile::{self, Binned, Binning, Counts, ListBytes, MOST_TILE_ROWS, RowProgress};
-use crate::simd::Level;
+use crate::pipeline::tile::{self, Binned, Binning, Counts, ListBytes, RowProgress};
 use rayon::prelude::*;
 use std::fmt;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 /// Maximum number of draws in a batch.
 const MOST_DRAWS: usize = 256;
@@ -33,25 +32,35 @@ const LIST_BYTES: usize = 32 << 20;
 /// Buffers that one batch leaves to the next.
 #[derive(Default)]
 pub(crate) struct DrawBatch {
-    /// Workspace of each draw.
+    /// Workspace of a draw by itself.
+    single: TileWorkspace,
+    /// Workspaces of draws that are drawn together.
     slots: Vec<TileWorkspace>,
-    /// Shared count of the bytes that all tile lists have room for.
+    /// Shared count of the bytes that the slots' tile lists have room for.
     bytes: ListBytes,
-    drawn: Vec<Option<Drawn<'static>>>,
-    /// Half the number of draws to try next; small after a batch with a draw that the tile renderer
-    /// could not draw.
-    half: usize,
-    /// Maximum number of draws tried in the last batch.
-    most: usize,
+    drawn: Vec<Drawn<'static>>,
+    rows: Vec<BatchRow>,
+    /// Maximum number of draws to try next; small after a batch with a draw whose lists did not fit.
+    limit: usize,
+    /// Faces of the draws that were drawn.
+    faces: u64,
 }
 
-/// A draw whose faces have been binned.
+/// A draw whose faces are binned, piece by piece.
 struct Drawn<'p> {
     inputs: DrawInputs<'p>,
-    /// Its bins and the rows of tiles that they reach; `None` if no face reaches a tile.
-    binned: Option<(Binned, (usize, usize))>,
+    binning: Binning,
+    /// The current piece; `None` after the last.
+    binned: Option<Binned>,
     counts: Counts,
     stats: DrawStats,
+}
+
+/// Progress of a row of tiles: the draw that it stands at, and where in it.
+#[derive(Default)]
+struct BatchRow {
+    draw: AtomicUsize,
+    within: RowProgress,
 }
 
 impl fmt::Debug for DrawBatch {
@@ -64,14 +73,33 @@ impl DrawBatch {
     /// Returns the bytes of all buffers.
     pub fn size_bytes(&self) -> usize {
         let slots = self.slots.iter().map(|m| size_of::<TileWorkspace>() + m.size_bytes());
-        slots.sum::<usize>() + self.drawn.capacity() * size_of::<Option<Drawn>>()
+        slots.sum::<usize>()
+            + self.single.size_bytes()
+            + self.drawn.capacity() * size_of::<Drawn>()
+            + self.rows.capacity() * size_of::<BatchRow>()
     }
 
-    /// Returns the bytes to reserve: the tiles' lists, and the vertices and tables of each draw.
+    /// Returns the bytes to reserve for draws that are drawn together: the tiles' lists, and the
+    /// vertices and tables of each draw.
     pub fn held_bytes(&self) -> u64 {
         let slots: usize =
             self.slots.iter().map(|slot| size_of::<TileWorkspace>() + slot.table_bytes()).sum();
-        (self.bytes.get() + slots + self.drawn.capacity() * size_of::<Option<Drawn>>()) as u64
+        (self.bytes.get() + slots + self.drawn.capacity() * size_of::<Drawn>()) as u64
+    }
+
+    /// Returns the bytes that the tile lists of a draw by itself have room for.
+    pub fn list_bytes(&self) -> u64 {
+        self.single.scratch.lists_held() as u64
+    }
+
+    /// Sets the bytes of the tiles' face lists at which a draw by itself is split into pieces.
+    pub fn bound_lists(&mut self, bytes: usize) {
+        self.single.scratch.list_bytes = bytes;
+    }
+
+    /// Returns the number of faces of all draws that were drawn.
+    pub fn faces_drawn(&self) -> u64 {
+        self.faces
     }
 
     /// Returns the worst-case bytes of a batch. `bindings` yields the bytes of each draw's
@@ -80,7 +108,7 @@ impl DrawBatch {
         let (width, height) = (target.memory.width() as usize, target.memory.height() as usize);
         // A screen vertex and its f64 depth, and four tables.
         let draw = 3 * FEW_FACES as u64 * (tile::SCREEN_VERTEX_BYTES + tile::DEPTH_VERTEX_BYTES + 4 * 16)
-            + (size_of::<TileWorkspace>() + size_of::<Option<Drawn>>()) as u64;
+            + (size_of::<TileWorkspace>() + size_of::<Drawn>()) as u64;
         let (count, bindings) = bindings
             .take(MOST_DRAWS)
             .fold((0, 0), |(count, sum): (u64, u64), bytes| (count + 1, sum + bytes));
@@ -88,34 +116,81 @@ impl DrawBatch {
         count * draw + bindings + tile::worst_list_bytes(faces, threads, (width, height), LIST_BYTES as u64)
     }
 
-    /// Returns how many of the first of these draws can form a batch; 0 if fewer than two.
+    /// Returns how many of the first of these draws can be drawn together, at least 1.
     pub fn count(&mut self, all: &[PreparedDraw], target: &Target) -> usize {
         let grid = tile::grid_bytes((target.memory.width() as usize, target.memory.height() as usize));
-        let most = (2 * self.half.max(1)).min(MOST_DRAWS).min(MOST_BYTES / grid.max(1));
-        self.most = most;
-        let count = all.iter().take(most).take_while(|p| can_join(p, &all[0], target)).count();
-        if count < 2 {
-            self.half = most;
-            return 0;
-        }
-        count
+        let most = self.limit.clamp(2, MOST_DRAWS).min(MOST_BYTES / grid.max(1));
+        self.limit = 2 * most;
+        all.iter().take(most).take_while(|p| can_join(p, &all[0])).count().max(1)
     }
 
-    /// Draws the opaque faces of these draws, as counted by [`DrawBatch::count`]. Returns how many
-    /// draws were drawn.
+    /// Draws the opaque faces of these draws, which the plan leaves to the tile renderer: of one, or
+    /// of as many as [`DrawBatch::count`] returns. Returns how many draws were drawn: fewer, perhaps
+    /// none, if one of several does not fit in one piece.
     pub fn draw(
         &mut self,
-        (level, executor, coarse): (Level, &Executor, CoarseDepth),
+        context: DrawContext<'_>,
         all: &[PreparedDraw],
         target: &mut Target,
         stats: &mut DrawStats,
     ) -> usize {
-        let (Some(pool), count) = (executor.pool(), all.len()) else { return 0 };
-        let serial = &executor.serial();
+        let Some(first) = all.first() else { return 0 };
+        let is_single = all.len() == 1;
+        let serial = context.executor.serial();
+        let serial = DrawContext { level: context.level, executor: &serial };
+        let context = if is_single && first.is_small() { serial } else { context };
+        let mut drawn: Vec<Drawn> = std::mem::take(&mut self.drawn);
+        if !is_single {
+            self.open_slots(all.len());
+        }
+        let DrawBatch { single, slots, rows, limit, faces, .. } = self;
+        let slots = if is_single { std::slice::from_mut(single) } else { &mut slots[..all.len()] };
+        let preemption = first.preemption;
+        let items = all.iter().map(PreparedDraw::items).sum();
+        let (width, format) = (target.memory.width() as usize, target.depth_format);
+        let complete = preemption.run_draw(context.executor, || {
+            let prepare = || match (all, &mut *slots) {
+                ([one], [slot]) => drawn.push(Drawn::new(one, slot, context, width, format)),
+                (_, slots) => {
+                    let pairs = slots.par_iter_mut().zip(all).with_min_len(4);
+                    let each = pairs.map(|(slot, p)| Drawn::new(p, slot, serial, width, format));
+                    each.collect_into_vec(&mut drawn);
+                }
+            };
+            preemption.without(target, items, || context.executor.run(prepare));
+            let complete = match is_single {
+                true => 1,
+                false => drawn.iter().zip(all).take_while(|(drawn, p)| drawn.is_whole(p)).count(),
+            };
+            BinnedBatch { context, drawn: &drawn[..complete], slots, all }.draw_rows(rows, target);
+            while is_single && !drawn[0].is_whole(first) {
+                let bin = || drawn[0].bin(first, &mut slots[0], context, format);
+                preemption.without(target, items, || context.executor.run(bin));
+                BinnedBatch { context, drawn: &drawn, slots, all }.draw_rows(rows, target);
+            }
+            complete
+        });
+        if complete < all.len() {
+            *limit = 2 * complete;
+        }
+        for (i, ((drawn, slot), prepared)) in drawn.drain(..).zip(slots).zip(all).enumerate() {
+            slot.recycled.take_back(drawn.inputs.bindings);
+            if i < complete {
+                let mut own = drawn.stats;
+                drawn.counts.add_to(&mut own);
+                *stats += prepared.counted(own);
+                *faces += prepared.call.geometry.mesh.triangles.len() as u64;
+            }
+        }
+        self.drawn = recycle(drawn);
+        complete
+    }
+
+    /// Makes workspaces for `count` draws that are drawn together.
+    fn open_slots(&mut self, count: usize) {
         if self.bytes.get() > LIST_BYTES {
             self.slots.iter_mut().for_each(|slot| slot.scratch.give_lists_back());
         }
-        let mut drawn: Vec<Option<Drawn>> = std::mem::take(&mut self.drawn);
         if self.slots.len() < count {
             let bytes = &self.bytes;
             self.slots.resize_with(count, || {
@@ -124,104 +199,104 @@ impl DrawBatch {
                 slot
             });
         }
-        let slots = &mut self.slots[..count];
-        let (width, format) = (target.memory.width() as usize, target.depth_format);
-        let preemption = all.first().map_or(&NOT_PREEMPTED, |any| any.preemption);
-        let complete = preemption.run_draw(executor, || {
-            let pairs = slots.par_iter_mut().zip(all).with_min_len(4);
-            let binned = pairs.map(|(slot, p)| Drawn::new(p, slot, (level, serial, coarse), (width, format)));
-            pool.install(|| binned.collect_into_vec(&mut drawn));
-            let complete = drawn.iter().take_while(|d| d.is_some()).count();
-            draw_rows((level, executor), (&drawn[..complete], &*slots, all), target);
-            complete
-        });
-        self.half = if complete < count { complete.max(1) } else { self.most };
-        for (i, ((drawn, slot), prepared)) in drawn.drain(..).zip(slots).zip(all).enumerate() {
-            let Some(Drawn { inputs, counts, stats: mut own, .. }) = drawn else { continue };
-            slot.recycled.take_back(inputs.bindings);
-            if i < complete {
-                let (tested, passed) = counts.fragments();
-                (own.pixels_tested, own.pixels_written) = (own.pixels_tested + tested, passed);
-                own.faces_hidden = counts.hidden();
-                *stats += prepared.counted(own);
-            }
-        }
-        self.drawn = recycle(drawn);
-        complete
     }
 }
 
-/// Draws the rows of tiles of a batch, in slices between preemption points. A slice ends between two
-/// rows.
-fn draw_rows(
-    (level, executor): (Level, &Executor),
-    (drawn, slots, all): (&[Option<Drawn>], &[TileWorkspace], &[PreparedDraw]),
-    target: &mut Target,
-) {
-    let each = || drawn.iter().flatten().zip(slots).zip(all);
-    let reached = || each().filter_map(|((d, _), _)| d.binned.as_ref()).map(|b| b.1);
-    let (first, last) = (reached().map(|b| b.0).min(), reached().map(|b| b.1).max());
-    let (Some(first), Some(last), Some(((any, _), _))) = (first, last, each().next()) else { return };
-    let format = target.depth_format;
-    let has_depth = all[0].plan.uses(Part::DepthMemory);
-    let complete = [const { AtomicBool::new(false) }; MOST_TILE_ROWS];
-    let is_complete = |band: usize| complete[band].load(Relaxed);
-    while !executor.is_cancelled() && !(first..=last).all(is_complete) {
-        let (slice, whole) = (&Slice::new(all[0].preemption), &Slice::new(&NOT_PREEMPTED));
-        let work = |band: usize, buffers: &mut tile::TileRowBuffers<'_>, ids: &mut _| {
-            if is_complete(band) || slice.is_over() {
-                return;
-            }
-            for ((d, slot), prepared) in each() {
-                let reaches = |b: &&(Binned, (usize, usize))| b.1.0 <= band && band <= b.1.1;
-                let Some((binned, _)) = d.binned.as_ref().filter(reaches) else { continue };
-                prepared.with_job(&d.inputs, &slot.tables, format, |job| {
-                    let (scratch, counts) = (&slot.scratch, &d.counts);
-                    let draw = tile::BinnedDraw { level, scratch, binned, job, counts, slice: whole };
-                    draw.draw_tile_row(band, &RowProgress::default(), buffers, ids);
-                });
-            }
-            complete[band].store(true, Relaxed);
-        };
-        let rows = executor.run(|| {
-            let frame = frame_of(target, has_depth);
-            tile::for_each_tile_row(executor, (first, last), &any.inputs.view, frame, &work)
-        });
-        target.memory.mark_rows(rows.0..rows.1);
-        all[0].preemption.point(target);
+/// A batch whose faces are binned, each draw with its workspace.
+struct BinnedBatch<'b> {
+    context: DrawContext<'b>,
+    drawn: &'b [Drawn<'b>],
+    slots: &'b [TileWorkspace],
+    all: &'b [PreparedDraw<'b>],
+}
+
+impl BinnedBatch<'_> {
+    /// Draws the rows of tiles that faces reach, in slices between preemption points.
+    fn draw_rows(&self, rows: &mut Vec<BatchRow>, target: &mut Target) {
+        let BinnedBatch { context: DrawContext { level, executor }, drawn, slots, all } = *self;
+        let reached = || drawn.iter().filter_map(|d| d.binned?.bands);
+        let (first, last) = (reached().map(|b| b.0).min(), reached().map(|b| b.1).max());
+        let (Some(first), Some(last), [any, ..]) = (first, last, all) else { return };
+        let format = target.depth_format;
+        rows.clear();
+        rows.resize_with(last - first + 1, BatchRow::default);
+        let rows = rows.as_slice();
+        while !executor.is_cancelled() && rows.iter().any(|row| row.draw.load(Relaxed) < drawn.len()) {
+            let slice = &Slice::new(any.preemption);
+            let work = |band: usize, buffers: &mut tile::TileRowBuffers<'_>, ids: &mut _| {
+                let BatchRow { draw, within } = &rows[band - first];
+                for i in draw.load(Relaxed)..drawn.len() {
+                    let Drawn { inputs, binned, counts, .. } = &drawn[i];
+                    let reaches = |b: &&Binned| b.bands.is_some_and(|(from, to)| from <= band && band <= to);
+                    if let Some(binned) = binned.as_ref().filter(reaches) {
+                        all[i].with_job(inputs, &slots[i].tables, format, |job| {
+                            let scratch = &slots[i].scratch;
+                            let draw = tile::BinnedDraw { level, scratch, binned, job, counts, slice };
+                            draw.draw_tile_row(band, within, buffers, ids);
+                        });
+                        if !within.is_complete() {
+                            return;
+                        }
+                        within.restart();
+                    }
+                    draw.store(i + 1, Relaxed);
+                }
+            };
+            let (top, bottom) = executor.run(|| {
+                let frame = frame_of(target, &any.plan);
+                tile::for_each_tile_row(executor, (first, last), &drawn[0].inputs.view, frame, &work)
+            });
+            target.memory.mark_rows(top..bottom);
+            any.preemption.point(target);
+        }
     }
 }
 
 impl<'p> Drawn<'p> {
-    /// Prepares a draw up to binning. Returns `None` if the tile renderer cannot draw it in one
-    /// piece.
+    /// Prepares a draw, and bins the first piece of its faces.
     fn new(
         prepared: &'p PreparedDraw,
         slot: &mut TileWorkspace,
-        (level, executor, coarse): (Level, &Executor, CoarseDepth),
-        (width, format): (usize, DepthFormat),
-    ) -> Option<Self> {
+        context: DrawContext<'_>,
+        width: usize,
+        format: DepthFormat,
+    ) -> Self {
+        let DrawContext { level, executor } = context;
         let TileWorkspace { scratch, tables, recycled } = slot;
-        let mut inputs = prepared.inputs(recycled)?;
-        inputs.coarse = coarse;
-        prepared.make_tables(&mut inputs, level, executor, tables);
-        let mut stats = DrawStats::default();
-        let binned = prepared.with_job(&inputs, tables, format, |job| {
-            Binning::new(level, executor, scratch, job, width).next(level, executor, scratch, job, &mut stats)
+        let mut inputs = prepared.inputs(recycled);
+        prepared.make_tables(&mut inputs, context, tables);
+        let binning = prepared
+            .with_job(&inputs, tables, format, |job| Binning::new(level, executor, scratch, job, width));
+        let (counts, stats) = (Counts::default(), DrawStats::default());
+        let mut drawn = Drawn { inputs, binning, binned: None, counts, stats };
+        drawn.bin(prepared, slot, context, format);
+        drawn
+    }
+
+    /// Bins the next piece of the faces.
+    fn bin(
+        &mut self,
+        prepared: &PreparedDraw,
+        slot: &mut TileWorkspace,
+        context: DrawContext<'_>,
+        format: DepthFormat,
+    ) {
+        let (TileWorkspace { scratch, tables, .. }, Drawn { inputs, binning, stats, .. }) =
+            (slot, &mut *self);
+        self.binned = prepared.with_job(inputs, tables, format, |job| {
+            binning.next(context.level, context.executor, scratch, job, stats)
         });
-        // A draw that needs several pieces is drawn by itself.
-        let faces = prepared.call.geometry.mesh.triangles.len();
-        if binned.is_some_and(|b| b.until < faces) {
-            return None;
-        }
-        let binned = binned.and_then(|b| Some((b, b.bands?)));
-        Some(Drawn { inputs, binned, counts: Counts::default(), stats })
+    }
+
+    /// Returns whether the current piece is the last.
+    fn is_whole(&self, prepared: &PreparedDraw) -> bool {
+        self.binned.is_none_or(|b| b.until >= prepared.call.geometry.mesh.triangles.len())
     }
 }
 
-/// Returns whether a draw can be batched with `first`: it is small, supported by the tile renderer,
-/// and has the same clip rectangle and depth use.
-fn can_join(prepared: &PreparedDraw, first: &PreparedDraw, target: &Target) -> bool {
+/// Returns whether a draw can be drawn together with `first`: it is small, planned for the tile
+/// renderer, and has the same clip rectangle and depth use.
+fn can_join(prepared: &PreparedDraw, first: &PreparedDraw) -> bool {
     let mesh = &prepared.call.geometry.mesh;
     let has_depth = |p: &PreparedDraw| p.plan.uses(Part::DepthMemory);
     mesh.triangles.len() <= FEW_FACES
@@ -229,5 +304,5 @@ fn can_join(prepared: &PreparedDraw, first: &PreparedDraw, target: &Target) -> b
         && mesh.points.is_empty()
         && prepared.transform().screen.clip == first.transform().screen.clip
         && has_depth(prepared) == has_depth(first)
-        && unsupported_reason(prepared.call, target, &prepared.plan).is_none()
+        && prepared.plan.uses(Part::TileRenderer)
 }

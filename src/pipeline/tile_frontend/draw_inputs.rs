@@ -1,9 +1,7 @@
 //! Per-draw inputs of the tile renderer.
 
-use super::f32s;
+use super::DrawContext;
 use super::light_setup::{Light, RecycledBindings, TableWork, Tables};
-use super::shading_space::ShadingSpace;
-use crate::executor::Executor;
 use crate::math::coverage::PixelRect;
 use crate::memory::DepthFormat;
 use crate::pipeline::draw_call::{CoarseDepth, DrawStats};
@@ -15,12 +13,11 @@ use crate::pipeline::tile::{
     ToScreen, Winding,
 };
 use crate::scene::{Cull, Interpolation, ShadeMode};
-use crate::simd::Level;
 
 /// Inputs of a draw, computed once and assembled into a [`DrawJob`] to draw it.
 pub(crate) struct DrawInputs<'p> {
     prepared: &'p IndexedMesh,
-    frame: ShadingSpace,
+    to_screen: ToScreen,
     /// Material bindings.
     pub bindings: Vec<MaterialBinding<'p>>,
     /// Pixels that may be drawn.
@@ -32,32 +29,19 @@ pub(crate) struct DrawInputs<'p> {
     fog: Option<FogParams>,
     is_lit: bool,
     needs_positions: bool,
-    /// Hierarchical culling of hidden faces; off unless set.
-    pub coarse: CoarseDepth,
 }
 
 impl PreparedDraw<'_> {
-    /// Returns the inputs of this draw; `None` if the tile renderer cannot draw it.
-    pub(super) fn inputs<'p>(&'p self, recycled: &mut RecycledBindings) -> Option<DrawInputs<'p>> {
+    /// Returns the inputs of this draw, which the tile renderer supports.
+    pub(super) fn inputs<'p>(&'p self, recycled: &mut RecycledBindings) -> DrawInputs<'p> {
         let (call, mesh) = (self.call, &self.call.geometry.mesh);
-        let clip = self.transform().screen.clip;
-        if clip.is_empty() {
-            // Everything is outside the view; the plain path counts it.
-            return None;
-        }
+        let (clip, eye) = (self.transform().screen.clip, self.transform().camera.eye);
         let is_lit = self.plan.uses(Part::LightPixels)
             || self.plan.uses(Part::LightVertices)
             || self.plan.uses(Part::LightFaces);
-        let frame = self.shading_space()?;
-        let fog = match self.call.fog.filter(|_| self.plan.uses(Part::Fog)) {
-            None => None,
-            Some(fog) => {
-                let eye = frame.axes * (self.transform().camera.eye - frame.origin);
-                Some(FogParams::new(&fog, f32s(eye))?)
-            }
-        };
+        let fog = self.fog_params(self.space.point(eye));
         let prepared = self.geometry_info.prepared(mesh, is_lit && call.shade != ShadeMode::Flat);
-        let bindings = self.bindings(prepared, &frame, recycled)?;
+        let bindings = self.bindings(prepared, recycled);
         let winding = match (call.cull, self.assembler.mirrored) {
             (Cull::None, _) => Winding::Both,
             (Cull::Back, false) | (Cull::Front, true) => Winding::CounterClockwise,
@@ -75,35 +59,32 @@ impl PreparedDraw<'_> {
             false => 0,
         };
         let needs_positions = (call.shade == ShadeMode::Phong && is_lit || fog.is_some())
-            && (call.interp == Interpolation::Affine || matches!(frame.eye, Eye::Parallel { .. }));
-        let light = Light::Constant;
-        let coarse = CoarseDepth::Off;
-        Some(DrawInputs {
+            && (call.interp == Interpolation::Affine || matches!(self.space.eye, Eye::Parallel { .. }));
+        DrawInputs {
             prepared,
-            frame,
+            to_screen: self.to_screen(),
             bindings,
             view: clip,
-            light,
+            light: Light::Constant,
             winding,
             flip_normal,
             back,
             fog,
             is_lit,
             needs_positions,
-            coarse,
-        })
+        }
     }
 
     /// Computes the draw's lighting and position tables.
     pub(super) fn make_tables(
         &self,
         inputs: &mut DrawInputs<'_>,
-        level: Level,
-        executor: &Executor,
+        context: DrawContext<'_>,
         tables: &mut Tables,
     ) {
-        let DrawInputs { prepared, frame, bindings, is_lit, .. } = &*inputs;
-        let work = TableWork { prepared, frame, bindings, is_lit: *is_lit, level, executor };
+        let DrawInputs { prepared, bindings, is_lit, .. } = &*inputs;
+        let DrawContext { level, executor } = context;
+        let work = TableWork { prepared, bindings, is_lit: *is_lit, level, executor };
         let light = self.light_tables(&work, tables);
         if inputs.needs_positions {
             self.position_table(&work, &mut tables.positions);
@@ -119,11 +100,11 @@ impl PreparedDraw<'_> {
         format: DepthFormat,
         work: impl FnOnce(&DrawJob<'_>) -> R,
     ) -> R {
-        let DrawInputs { prepared, frame, .. } = inputs;
+        let (prepared, space) = (inputs.prepared, &self.space);
         let plain = |face: u32, own: &mut DrawStats| self.exact_face(face, prepared, own);
         let pixel = |face: u32, x: i32, y: i32| self.shaded_pixel(face, x, y);
         let source = match inputs.light {
-            Light::Pixels if frame.has_own_normals => ColorSource::Pixels(&prepared.normals),
+            Light::Pixels if space.has_own_normals => ColorSource::Pixels(&prepared.normals),
             Light::Pixels => ColorSource::Pixels(&tables.normals),
             Light::Vertices => ColorSource::Vertices(&tables.diffuse, &tables.specular),
             Light::Faces => ColorSource::Faces(&tables.diffuse, &tables.specular),
@@ -136,14 +117,14 @@ impl PreparedDraw<'_> {
         let is_affine = self.is_affine() && self.plan.uses(Part::PerspectiveDivision);
         work(&DrawJob {
             mesh: prepared,
-            to_screen: self.to_screen(),
+            to_screen: inputs.to_screen,
             complement: self.transform().camera.one_minus_z_row.to_array(),
             winding: inputs.winding,
             view: inputs.view,
             shading: Shading {
                 shader: FragmentShader {
                     source,
-                    eye: match frame.eye {
+                    eye: match space.eye {
                         Eye::Perspective { .. } if is_affine => Eye::Interpolated,
                         eye => eye,
                     },
@@ -163,7 +144,7 @@ impl PreparedDraw<'_> {
             plain: &plain,
             name: self.call.name,
             depth_f64: has_depth.then(|| self.depth_f64(format)).flatten(),
-            coarse: inputs.coarse,
+            coarse: if self.plan.uses(Part::CoarseDepth) { CoarseDepth::On } else { CoarseDepth::Off },
         })
     }
 

@@ -1,13 +1,12 @@
 //! Material bindings in the kernels' format, and tables of light at vertices or faces.
 
-use super::f32s;
-use super::shading_space::ShadingSpace;
 use crate::executor::Executor;
 use crate::pipeline::assemble::Facing;
 use crate::pipeline::depth_sort::recycle;
 use crate::pipeline::indexed_mesh::IndexedMesh;
-use crate::pipeline::light::{Lighting, SurfacePoint};
+use crate::pipeline::light::{Lighting, PreparedLight, SurfacePoint};
 use crate::pipeline::prepared_draw::PreparedDraw;
+use crate::pipeline::shading_space::f32s;
 use crate::pipeline::tile::{
     Cone, Exponent, FastLight, LightPosition, MaterialBinding, MaterialLighting, TextureSampler,
     VertexLightingKernel,
@@ -16,9 +15,6 @@ use crate::scene::{Attenuation, Cull, LightKind, Material, ShadeMode};
 use crate::simd::Level;
 use crate::simd::allocator::resize_in_huge_pages;
 use glam::{DMat3, DVec3};
-
-/// Maximum number of texels that a face may span; beyond, f32 cannot tell texels apart.
-const LONGEST_RUN: f64 = 8192.0;
 
 /// Points per piece of table work.
 const CHUNK_POINTS: usize = 4096;
@@ -72,7 +68,6 @@ pub(super) enum Light {
 /// Inputs of the table computation, and its executor.
 pub(super) struct TableWork<'a> {
     pub prepared: &'a IndexedMesh,
-    pub frame: &'a ShadingSpace,
     pub bindings: &'a [MaterialBinding<'a>],
     pub is_lit: bool,
     pub level: Level,
@@ -90,82 +85,26 @@ struct Points<'a> {
 }
 
 impl PreparedDraw<'_> {
-    /// Returns the materials in the kernels' format; `None` if a value is out of range for f32.
+    /// Returns the materials in the kernels' format: those of the front, then those of the back if
+    /// it has its own.
     pub(super) fn bindings<'s>(
         &'s self,
         prepared: &IndexedMesh,
-        frame: &ShadingSpace,
         recycled: &mut RecycledBindings,
-    ) -> Option<Vec<MaterialBinding<'s>>> {
+    ) -> Vec<MaterialBinding<'s>> {
+        let (lighting, space) = (&self.lighting, &self.space);
         let mut bindings: Vec<MaterialBinding<'s>> = std::mem::take(&mut recycled.bindings);
-        if self.add_surfaces(prepared, frame, &mut recycled.lights, &mut bindings).is_none() {
-            recycled.take_back(bindings);
-            return None;
-        }
-        Some(bindings)
-    }
-
-    /// Appends the material bindings of the front, then those of the back if it has its own
-    /// material. Returns `None` if a value is out of range for f32.
-    fn add_surfaces<'s>(
-        &'s self,
-        prepared: &IndexedMesh,
-        frame: &ShadingSpace,
-        recycled: &mut Vec<Vec<FastLight>>,
-        bindings: &mut Vec<MaterialBinding<'s>>,
-    ) -> Option<()> {
-        let (call, mesh) = (self.call, &self.call.geometry.mesh);
-        let side = if call.cull == Cull::Front { Facing::Back } else { Facing::Front };
-        // The back material's bindings follow those of the front.
-        let has_back = call.back_material.is_some() && call.cull == Cull::None;
-        let sides = [Some(side), has_back.then_some(Facing::Back)].into_iter().flatten();
-        let wanted = sides.flat_map(|side| prepared.materials.iter().map(move |p| (side, *p)));
-        for (side, polygon) in wanted {
-            let (material, texture) = call.material_of(&mesh.polygons[polygon as usize], side);
-            let (place, turn) = (|p| frame.axes * (p - frame.origin), |d| frame.axes * d);
-            let lighting = self.material_lighting(material, place, turn, recycled)?;
-            let shade = texture.map(|t| TextureSampler::new(t, t.sampling(call.sampling)));
-            bindings.push(MaterialBinding { lighting, texture: shade });
-            if let Some(texture) = texture {
-                let texels = texture.width().max(texture.height()) as f64;
-                let run = prepared.longest_texcoord_run * texels;
-                // A file may omit texture coordinates that the texture needs: such a face is drawn
-                // without it.
-                if !prepared.has_all_texcoords || run.is_nan() || run > LONGEST_RUN {
-                    return None;
-                }
+        bindings.extend(self.materials(&prepared.materials).map(|(material, texture)| {
+            let lights = match lighting.depends_on_point(material) {
+                true => recycled.lights.pop().unwrap_or_default(),
+                false => Vec::new(),
+            };
+            MaterialBinding {
+                lighting: lighting.of_material(material, |p| space.point(p), |d| space.axes * d, lights),
+                texture: texture.map(|t| TextureSampler::new(t, t.sampling(self.call.sampling))),
             }
-        }
-        Some(())
-    }
-
-    /// Returns a material with its lights, which `point` and `direction` transform to shading space;
-    /// `None` if a value is out of range for f32. Its list of lights is one of `recycled`.
-    pub(super) fn material_lighting(
-        &self,
-        material: &Material,
-        point: impl Fn(DVec3) -> DVec3,
-        direction: impl Fn(DVec3) -> DVec3,
-        recycled: &mut Vec<Vec<FastLight>>,
-    ) -> Option<MaterialLighting> {
-        let constant = self.lighting.constant(material);
-        let (diffuse, specular) = (f32s(constant.diffuse_ambient), f32s(constant.specular_emissive));
-        let mut lighting = MaterialLighting::constant(diffuse, specular);
-        lighting.model = material.model;
-        if diffuse.iter().chain(&specular).any(|c| c.is_nan() || c.abs() >= 1e30) {
-            return None;
-        }
-        if self.lighting.depends_on_point(material) {
-            if material.ks != DVec3::ZERO {
-                lighting.exponent = Exponent::new(material.n)?;
-            }
-            lighting.lights = recycled.pop().unwrap_or_default();
-            if self.lighting.fast(material, point, direction, &mut lighting.lights).is_none() {
-                recycled.push(lighting.lights);
-                return None;
-            }
-        }
-        Some(lighting)
+        }));
+        bindings
     }
 
     /// Computes the tables that lighting needs, and returns the source of colours.
@@ -197,7 +136,7 @@ impl PreparedDraw<'_> {
                 Light::Vertices
             }
             ShadeMode::Phong if work.is_lit => {
-                if !work.frame.has_own_normals {
+                if !self.space.has_own_normals {
                     self.turn_normals(&prepared.normals, work.executor, &mut tables.normals);
                 }
                 Light::Pixels
@@ -209,7 +148,8 @@ impl PreparedDraw<'_> {
     /// Lights points into the table `diffuse` and, if a texture requires the two parts of light
     /// apart, `specular`.
     fn light_points(&self, work: &TableWork<'_>, points: &Points<'_>, tables: &mut Tables) {
-        let TableWork { prepared, frame, bindings, level, executor, .. } = *work;
+        let TableWork { prepared, bindings, level, executor, .. } = *work;
+        let frame = &self.space;
         let Tables { normals: flip_normal, diffuse, specular, .. } = tables;
         let model = self.transform().model;
         let linear = frame.axes * DMat3::from_mat4(model);
@@ -278,13 +218,13 @@ impl PreparedDraw<'_> {
 
     /// Fills `to` with the vertices' positions in shading space.
     pub(super) fn position_table(&self, work: &TableWork<'_>, to: &mut Vec<[f32; 4]>) {
-        let TableWork { prepared, frame, executor, .. } = *work;
+        let TableWork { prepared, executor, .. } = *work;
         resize_in_huge_pages(to, prepared.vertex_count(), [0.0; 4]);
         executor.chunks(to, CHUNK_POINTS, |i, run| {
             for (k, to) in run.iter_mut().enumerate() {
                 let at = i * CHUNK_POINTS + k;
                 let [x, y, z] = [0, 1, 2].map(|axis| prepared.positions[axis][at]);
-                let p = frame.axes * (self.transform().world(DVec3::new(x, y, z)) - frame.origin);
+                let p = self.space.point(self.transform().world(DVec3::new(x, y, z)));
                 *to = p.extend(0.0).as_vec4().to_array();
             }
         });
@@ -305,58 +245,98 @@ impl PreparedDraw<'_> {
 }
 
 impl Lighting {
-    /// Fills `fast` with the lights in the kernels' format. `point` and `direction` transform to
-    /// shading space. Returns `None` if a value is out of range for f32 kernels.
-    pub(super) fn fast(
+    /// Returns whether f32 kernels represent the lighting of a material. `point` and `direction`
+    /// transform to the space in which they compute.
+    pub(super) fn is_in_range(
         &self,
         material: &Material,
         point: impl Fn(DVec3) -> DVec3,
         direction: impl Fn(DVec3) -> DVec3,
-        fast: &mut Vec<FastLight>,
-    ) -> Option<()> {
-        let carried = |v: [f32; 3]| v.iter().all(|c| c.abs() < 1e15);
-        fast.clear();
-        for prepared_light in self.lights() {
-            let light = &prepared_light.light;
-            let at = |p: DVec3| LightPosition::At(f32s(point(p)));
-            let axis = f32s(direction(prepared_light.direction));
-            let (position, cone, radius, attenuation) = match light.kind {
-                LightKind::Directional { .. } => {
-                    (LightPosition::Toward(axis), Cone::None, f64::INFINITY, Attenuation::NONE)
-                }
-                LightKind::Point { position, attenuation, radius } => {
-                    (at(position), Cone::None, radius, attenuation)
-                }
-                LightKind::Spot { position, exponent, attenuation, .. } => {
-                    let exponent = Exponent::new(exponent)?;
-                    let cone = Cone::Power { axis, cos_angle: prepared_light.cos_angle as f32, exponent };
-                    (at(position), cone, f64::INFINITY, attenuation)
-                }
-                LightKind::X3dSpot { position, beam_width_rad, cut_off_rad, attenuation, radius, .. } => {
-                    let (beam, cut_off) = (beam_width_rad as f32, cut_off_rad as f32);
-                    (at(position), Cone::Linear { axis, beam, cut_off }, radius, attenuation)
-                }
-            };
-            let own = FastLight {
-                position,
-                cone,
-                radius: radius as f32,
-                ambient: f32s(material.ka * light.ambient),
-                diffuse: f32s(material.kd * light.color),
-                specular: f32s(material.ks * light.color),
-                attenuation: (attenuation != Attenuation::NONE)
-                    .then(|| [attenuation.c, attenuation.l, attenuation.q].map(|v| v as f32)),
-                is_clamped: light.clamp_attenuation,
-            };
-            let (LightPosition::At(p) | LightPosition::Toward(p)) = position;
-            let sums = own.attenuation.unwrap_or([0.0; 3]);
-            if ![p, own.ambient, own.diffuse, own.specular, sums].into_iter().all(carried) || radius.is_nan()
-            {
-                return None;
-            }
-            fast.push(own);
+    ) -> bool {
+        let constant = self.constant(material);
+        let parts = [constant.diffuse_ambient, constant.specular_emissive].map(f32s);
+        parts.iter().flatten().all(|c| c.abs() < 1e30)
+            && (!self.depends_on_point(material)
+                || exponent(material).is_some()
+                    && self.lights().iter().all(|l| l.fast(material, &point, &direction).is_some()))
+    }
+
+    /// Returns the lighting of a material that [`is_in_range`](Self::is_in_range), with its lights
+    /// in a recycled list.
+    pub(super) fn of_material(
+        &self,
+        material: &Material,
+        point: impl Fn(DVec3) -> DVec3,
+        direction: impl Fn(DVec3) -> DVec3,
+        mut lights: Vec<FastLight>,
+    ) -> MaterialLighting {
+        let constant = self.constant(material);
+        let is_lit = self.depends_on_point(material);
+        lights.clear();
+        if is_lit {
+            lights.extend(self.lights().iter().filter_map(|l| l.fast(material, &point, &direction)));
         }
-        Some(())
+        MaterialLighting {
+            diffuse: f32s(constant.diffuse_ambient),
+            specular: f32s(constant.specular_emissive),
+            lights,
+            exponent: exponent(material).filter(|_| is_lit).unwrap_or(Exponent::Integer(0)),
+            model: material.model,
+        }
+    }
+}
+
+/// Returns the specular exponent of a material; `None` if it is out of range.
+fn exponent(material: &Material) -> Option<Exponent> {
+    match material.ks == DVec3::ZERO {
+        true => Some(Exponent::Integer(0)),
+        false => Exponent::new(material.n),
+    }
+}
+
+impl PreparedLight {
+    /// Returns the light in the kernels' format. `point` and `direction` transform to the space in
+    /// which they compute. Returns `None` if a value is out of range for f32.
+    fn fast(
+        &self,
+        material: &Material,
+        point: impl Fn(DVec3) -> DVec3,
+        direction: impl Fn(DVec3) -> DVec3,
+    ) -> Option<FastLight> {
+        let light = &self.light;
+        let at = |p: DVec3| LightPosition::At(f32s(point(p)));
+        let axis = f32s(direction(self.direction));
+        let (position, cone, radius, attenuation) = match light.kind {
+            LightKind::Directional { .. } => {
+                (LightPosition::Toward(axis), Cone::None, f64::INFINITY, Attenuation::NONE)
+            }
+            LightKind::Point { position, attenuation, radius } => {
+                (at(position), Cone::None, radius, attenuation)
+            }
+            LightKind::Spot { position, exponent, attenuation, .. } => {
+                let exponent = Exponent::new(exponent)?;
+                let cone = Cone::Power { axis, cos_angle: self.cos_angle as f32, exponent };
+                (at(position), cone, f64::INFINITY, attenuation)
+            }
+            LightKind::X3dSpot { position, beam_width_rad, cut_off_rad, attenuation, radius, .. } => {
+                let (beam, cut_off) = (beam_width_rad as f32, cut_off_rad as f32);
+                (at(position), Cone::Linear { axis, beam, cut_off }, radius, attenuation)
+            }
+        };
+        let fast = FastLight {
+            position,
+            cone,
+            radius: radius as f32,
+            ambient: f32s(material.ka * light.ambient),
+            diffuse: f32s(material.kd * light.color),
+            specular: f32s(material.ks * light.color),
+            attenuation: (attenuation != Attenuation::NONE)
+                .then(|| [attenuation.c, attenuation.l, attenuation.q].map(|v| v as f32)),
+            is_clamped: light.clamp_attenuation,
+        };
+        let (LightPosition::At(p) | LightPosition::Toward(p)) = position;
+        let values = [p, fast.ambient, fast.diffuse, fast.specular, fast.attenuation.unwrap_or_default()];
+        (values.iter().flatten().all(|c| c.abs() < 1e15) && !radius.is_nan()).then_some(fast)
     }
 }
 

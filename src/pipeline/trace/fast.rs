@@ -3,10 +3,10 @@
 
 use crate::memory::{DepthFormat, Rgba, VideoMemory};
 use crate::pipeline::draw_call::{DrawCall, Target};
+use crate::pipeline::plan::Part;
 use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::renderer::Renderer;
 use crate::pipeline::tile::{ToScreen, screen_vertices_of};
-use crate::pipeline::tile_frontend::unsupported_reason;
 use crate::scene::{Geometry, Mesh};
 use crate::simd::Level;
 
@@ -67,23 +67,16 @@ pub(super) fn fast(
         memory.clear(background);
         let mut depth = None;
         let mut target = Target { memory: &mut memory, depth: &mut depth, depth_format: format, ids: None };
-        let unsupported_reason = unsupported_reason(&call, &target, &p.plan);
         Renderer::default().draw(&mut target, &call).ok()?;
         let [x, y] = at?;
         let pixel = memory.get_pixel(x, y).ok()?;
-        Some((unsupported_reason, depth.and_then(|d| d.z(x, y)), pixel))
+        Some((depth.and_then(|d| d.z(x, y)), pixel))
     };
-    let over_black = draw([0, 0, 0, 255]);
-    let over_white = draw([255; 4]);
-    let (unsupported_reason, stored) = match (over_black, over_white) {
-        (Some((unsupported_reason, _, black)), Some((_, _, white)))
-            if black == [0, 0, 0, 255] && white == [255; 4] =>
-        {
-            (unsupported_reason, None)
-        }
-        (Some((unsupported_reason, z, black)), Some(_)) => {
-            (unsupported_reason, Some((z.filter(|z| *z < 1.0), black)))
-        }
+    let tiles = p.plan.item(Part::TileRenderer);
+    let reason = (!tiles.used).then_some(tiles.reason);
+    let (unsupported_reason, stored) = match (draw([0, 0, 0, 255]), draw([255; 4])) {
+        (Some((_, [0, 0, 0, 255])), Some((_, [255, 255, 255, 255]))) => (reason, None),
+        (Some((z, black)), Some(_)) => (reason, Some((z.filter(|z| *z < 1.0), black))),
         _ => (None, None),
     };
     Some(FastTrace { unsupported_reason, corners, stored })
