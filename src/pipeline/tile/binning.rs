@@ -12,12 +12,12 @@
 use super::bins::{self, Bin, Chunk};
 use super::clusters::{ClusterKernel, CullView};
 use super::depth_f64::DepthVertexKernel;
+use super::draw_job::{DepthF64, DrawJob};
 use super::exact_faces::ExactFace;
 use super::grid::Grid;
-use super::list_bytes::ListBytes;
+use super::scratch::Scratch;
 use super::setup::SetupKernel;
 use super::vertex::{Projector, VertexKernel, WIDTH};
-use super::{DepthF64, DrawJob, Scratch};
 use crate::executor::Executor;
 use crate::pipeline::draw_call::DrawStats;
 use crate::pipeline::indexed_mesh::{CLUSTER_FACES, chunk_faces};
@@ -44,10 +44,6 @@ pub(crate) fn bin_bytes(faces: u64, kept: u64, size: (usize, usize)) -> u64 {
     let face = size_of::<bins::TinyWords>() as u64 * 4 / 3;
     chunks * grid_bytes(size) as u64 + kept * face
 }
-
-/// Limit in bytes of a draw's tile lists, beyond which it is drawn in pieces; a budget may set a
-/// lower one.
-pub(crate) const LIST_BYTES: usize = 256 << 20;
 
 /// Returns an upper bound on the bytes of the tiles' lists while any `faces` faces are drawn in a
 /// frame of this size by `threads` threads, where a draw is split into pieces beyond `list_bytes`.
@@ -314,42 +310,5 @@ impl Binning {
                 chunk: &mut chunk[0],
             });
         });
-    }
-}
-
-impl Scratch {
-    /// Records for each tile which of the first chunks reach it; returns the first and the last row
-    /// of tiles reached.
-    fn note_visitors(&mut self, chunk_count: usize, grid: &Grid) -> Option<(usize, usize)> {
-        self.visitors.clear();
-        self.visitors.resize(if chunk_count > 1 { grid.columns * grid.rows } else { 0 }, 0);
-        let (mut first, mut last) = (usize::MAX, 0);
-        for (i, chunk) in self.chunks[..chunk_count].iter().enumerate() {
-            for &tile in &chunk.reached {
-                if let Some(visitors) = self.visitors.get_mut(tile as usize) {
-                    *visitors |= 1 << i;
-                }
-                let band = tile as usize / grid.columns;
-                (first, last) = (first.min(band), last.max(band));
-            }
-        }
-        (first <= last).then_some((first, last))
-    }
-
-    /// Counts the tiles' lists in `bytes`, a counter shared with other draws whose lists together
-    /// have the limit `most`.
-    pub fn share_lists(&mut self, bytes: &ListBytes, most: usize) {
-        (self.bytes, self.list_bytes, self.is_shared) = (bytes.clone(), most, true);
-    }
-
-    /// Returns the capacity of all tiles' lists in bytes.
-    pub fn lists_held(&self) -> usize {
-        self.bytes.get()
-    }
-
-    /// Frees all tiles' lists.
-    pub fn give_lists_back(&mut self) {
-        self.chunks = Vec::new();
-        self.bytes.clear();
     }
 }

@@ -5,16 +5,18 @@
 //! thread steals half of another one's remaining rows. One thread draws a row, its tiles from left
 //! to right, each with visibility first and then colour.
 
+use super::binning::Binned;
 use super::bins::Chunk;
 use super::depth_f64::F64Depth;
 use super::depth_test::F32Depth;
+use super::draw_job::{DepthF64, DrawJob, FrameSlices};
 use super::face_tables::{ExactFaceLookup, Faces};
 use super::grid::Grid;
 use super::hierarchical_z::HierarchicalZKernel;
 use super::resolve::ResolveKernel;
+use super::scratch::Scratch;
 use super::tile_buffers::{ID_STRIDE, Ids, NO_FACE, Tile};
 use super::traverse::{RasterKernel, RasterStats};
-use super::{Binned, DepthF64, DrawJob, FrameSlices, Scratch};
 use crate::executor::Executor;
 use crate::math::coverage::PixelRect;
 use crate::memory::DepthCells;
@@ -125,7 +127,7 @@ pub(crate) fn for_each_tile_row(
         let mut ids = AtLine([NO_FACE; _]);
         work(band, &mut buffers, &mut ids.0);
     };
-    share(executor, first..last + 1, buffers, BAND_ROWS * width, &work);
+    share(executor, first..last + 1, buffers, &work);
     (top as u32, bottom as u32)
 }
 
@@ -377,13 +379,39 @@ pub(crate) struct TileRowBuffers<'a> {
     pick: &'a mut [[u32; 2]],
 }
 
-/// Splits the buffers of `bands` by halves and calls `work` for each row of tiles, of `size`
-/// pixels.
+impl TileRowBuffers<'_> {
+    /// Splits into the first rows of tiles and the others.
+    fn split(self, tile_rows: usize) -> (Self, Self) {
+        let (width, far, rows) = (self.width, self.far, tile_rows * BAND_ROWS);
+        let pixels = rows * width;
+        let (depth, depth_below) = split(self.depth, pixels);
+        let (narrow, narrow_below) = split(self.narrow, pixels);
+        let (pending_clear, pending_below) = split(self.pending_clear, rows);
+        let (bytes, bytes_below) = split(self.bytes, pixels * 4);
+        let (pick, pick_below) = split(self.pick, pixels);
+        let below = TileRowBuffers {
+            width,
+            far,
+            depth: depth_below,
+            narrow: narrow_below,
+            pending_clear: pending_below,
+            bytes: bytes_below,
+            pick: pick_below,
+        };
+        (TileRowBuffers { width, far, depth, narrow, pending_clear, bytes, pick }, below)
+    }
+}
+
+/// Splits a buffer; one that is empty into two empty ones.
+fn split<T>(buffer: &mut [T], at: usize) -> (&mut [T], &mut [T]) {
+    buffer.split_at_mut(at.min(buffer.len()))
+}
+
+/// Splits the buffers of `bands` by halves and calls `work` for each row of tiles.
 fn share(
     executor: &Executor,
     bands: Range<usize>,
     buffers: TileRowBuffers<'_>,
-    size: usize,
     work: &(impl Fn(usize, TileRowBuffers<'_>) + Sync),
 ) {
     if bands.len() <= 1 {
@@ -393,38 +421,17 @@ fn share(
         return;
     }
     let half = bands.len() / 2;
-    let middle = half * size;
-    let split = |length: usize| if length == 0 { 0 } else { middle };
-    let (at_depth, at_pick) = (split(buffers.depth.len()), split(buffers.pick.len()));
-    let (depth, depth_below) = buffers.depth.split_at_mut(at_depth);
-    let at_narrow = split(buffers.narrow.len());
-    let (narrow, narrow_below) = buffers.narrow.split_at_mut(at_narrow);
-    let at_stale = if buffers.pending_clear.is_empty() { 0 } else { half * BAND_ROWS };
-    let (pending_clear, stale_below) = buffers.pending_clear.split_at_mut(at_stale);
-    let (pick, pick_below) = buffers.pick.split_at_mut(at_pick);
-    let (bytes, bytes_below) = buffers.bytes.split_at_mut(middle * 4);
-    let (width, far) = (buffers.width, buffers.far);
-    let above = TileRowBuffers { width, far, depth, narrow, pending_clear, bytes, pick };
-    let below = TileRowBuffers {
-        width,
-        far,
-        depth: depth_below,
-        narrow: narrow_below,
-        pending_clear: stale_below,
-        bytes: bytes_below,
-        pick: pick_below,
-    };
+    let (above, below) = buffers.split(half);
     let (upper, lower) = (bands.start..bands.start + half, bands.start + half..bands.end);
+    let upper = || share(executor, upper, above, work);
+    let lower = || share(executor, lower, below, work);
     match executor.pool() {
         None => {
-            share(executor, upper, above, size, work);
-            share(executor, lower, below, size, work);
+            upper();
+            lower();
         }
         Some(_) => {
-            rayon::join(
-                || share(executor, upper, above, size, work),
-                || share(executor, lower, below, size, work),
-            );
+            rayon::join(upper, lower);
         }
     }
 }

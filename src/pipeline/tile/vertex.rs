@@ -14,7 +14,7 @@
 //! outside the depth range) has 1/w = 0: faces with such a corner take the plain path.
 
 use crate::pipeline::indexed_mesh::BLOCK_VERTICES;
-use crate::simd::{Kernel, Simd};
+use crate::simd::{Kernel, Level, Simd};
 use glam::{DMat4, DVec4};
 use std::sync::atomic::{AtomicU8, Ordering::Relaxed};
 
@@ -297,6 +297,26 @@ fn outcode(t: &ToScreen, [x, y, z, w]: [f64; 4]) -> i32 {
         code |= Outcode::FAR;
     }
     code
+}
+
+/// Returns the screen vertices of three points of object space.
+pub(crate) fn screen_vertices_of(
+    level: Level,
+    to_screen: &ToScreen,
+    points: [[f64; 3]; 3],
+) -> [ScreenVertex; 3] {
+    let axis = |axis: usize| points.map(|p| p[axis]);
+    let (xs, ys, zs) = (axis(0), axis(1), axis(2));
+    let mut screen_vertices = [[0.0; 4]; 3];
+    let farthest = [0, 1, 2].map(|axis| points.iter().fold(0.0f64, |far, p| far.max(p[axis].abs())));
+    let projector = &Projector::new(*to_screen, &to_screen.to_view(), farthest);
+    level.dispatch(VertexKernel {
+        positions: [&xs, &ys, &zs],
+        projector,
+        marks: &[],
+        screen_vertices: &mut screen_vertices,
+    });
+    screen_vertices
 }
 
 #[cfg(test)]
