@@ -126,6 +126,30 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_payload_for_writing_is_the_payload() {
+        let bytes = || b"abcdefgh".to_vec();
+        let rect = Rect { x: 0, y: 0, w: 1, h: 2 };
+        let mesh = |source| Command::Mesh { name: "m".into(), source: Box::new(source) };
+        for mut command in [
+            Command::PixelRun { x: 0, y: 0, rgba: bytes() },
+            Command::Blit { rect, rgba: bytes() },
+            Command::Points { packed: bytes() },
+            Command::Figure(Figure::Text { x: 0, y: 0, color: [0; 4], utf8: bytes() }),
+            Command::Texture { name: "t".into(), file: bytes() },
+            Command::Scene { x3d: bytes() },
+            Command::Eye { name: "e".into(), json: bytes() },
+            mesh(MeshSource::Obj(bytes())),
+        ] {
+            assert_eq!(command.payload(), Some(&bytes()[..]), "{}", command.verb());
+            assert_eq!(Codec::payload_mut(&mut command).cloned(), Some(bytes()), "{}", command.verb());
+        }
+        for mut command in [Command::Size, Command::Read { rect }, mesh(MeshSource::Teapot(3))] {
+            assert_eq!(command.payload(), None);
+            assert_eq!(Codec::payload_mut(&mut command), None);
+        }
+    }
+
+    #[test]
     fn a_queued_command_stays_small() {
         assert!(size_of::<Command>() <= 88, "{} bytes", size_of::<Command>());
     }

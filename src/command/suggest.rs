@@ -65,10 +65,13 @@ mod tests {
             ("PERSPEKTIVE", "PERSPECTIVE"),
             ("PRESNET", "PRESENT"),
             ("SIZED", "SIZE"),
+            // Two edits in five letters.
+            ("KLAER", "CLEAR"),
+            ("LUGHD", "LIGHT"),
         ] {
             assert_eq!(nearest_verb(word), Some(verb), "{word}");
         }
-        for word in ["", "X", "FOO", "NONSENSE", "HTTP", "ÄLINE", "AAAAAAAAAAAAAAAAAAAAAAAAA", "-"] {
+        for word in ["", "X", "TXTE", "FOO", "NONSENSE", "HTTP", "ÄLINE", "AAAAAAAAAAAAAAAAAAAAAAAAA", "-"] {
             assert_eq!(nearest_verb(word), None, "{word}");
         }
         assert_eq!(edits(b"", b"AB"), 2);

@@ -196,3 +196,24 @@ fn from_zero<T: Into<f64> + Copy + std::fmt::Display>(what: &str, value: T) -> R
         true => Err(Fault::new(Code::Range, format!("the {what} must be 0 or more")).got(value.to_string())),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wrong_count_is_that_of_the_line_or_of_what_follows_its_subject() {
+        let refusal = |line: &[u8], taken: usize, arity: &[usize]| {
+            let mut args = Args::new(line);
+            for _ in 0..taken {
+                args.word();
+            }
+            let error = expect_left(&args, arity, "sun").unwrap_err();
+            format!("{} <{}>", error.message, String::from_utf8(error.token).unwrap())
+        };
+        assert_eq!(refusal(b" a b", 0, &[3, 5]), "takes 3 or 5 arguments, not 2 (sun) <b>");
+        assert_eq!(refusal(b" a b", 1, &[3, 5]), "sun takes 3 or 5 more arguments, not 1 <b>");
+        assert_eq!(refusal(b" a b c", 1, &[1]), "sun takes 1 more arguments, not 2 <c>");
+        assert_eq!(refusal(b" a", 1, &[2]), "sun takes 2 more arguments, not 0 <a>");
+    }
+}

@@ -19,6 +19,8 @@ mod asks;
 mod framing;
 mod line;
 mod payload;
+#[cfg(test)]
+mod tests;
 
 pub(super) use line::PayloadLength;
 
