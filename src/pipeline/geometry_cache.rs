@@ -352,6 +352,26 @@ mod tests {
     }
 
     #[test]
+    fn means_of_normals_are_not_made_without_room_for_their_sums() {
+        let mut knot = shapes::knot(60, 40).unwrap();
+        knot.corners.iter_mut().for_each(|c| c.normal = crate::scene::NONE);
+        let knot = geometry(knot);
+        let (polygons, positions) = (knot.mesh.polygons.len() as u64, knot.mesh.positions.len() as u64);
+        let needs = Needs { normals: Some(true), ..Needs::default() };
+        let result = (polygons + positions) * 24;
+        // At each position a sum of four numbers and the last polygon that was added.
+        let sums = positions * (4 * 8 + 4);
+        for (room, fits) in [(result + sums, true), (result + sums - 1, false), (result, false)] {
+            let geometry_info = GeometryInfo::of(&knot, CancelToken::default());
+            let budget = MemoryBudget::new(room);
+            assert_eq!(geometry_info.prepare(&knot.mesh, needs, &budget).is_ok(), fits, "{room}");
+            // Afterwards only the result is held.
+            assert_eq!(budget.used(), if fits { result } else { 0 });
+            assert_eq!(geometry_info.size_bytes() as u64, budget.used());
+        }
+    }
+
+    #[test]
     fn a_polygon_of_many_corners_costs_what_its_triangles_do() {
         // Adding up the corners for every triangle would take hours.
         const COUNT: usize = 300_000;

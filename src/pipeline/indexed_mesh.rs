@@ -336,4 +336,24 @@ mod tests {
         assert!(prepared.face_materials.is_empty() && prepared.materials.len() == 1);
         assert_eq!(prepared.vertex_runs, [(prepared.vertex_count(), 0)]);
     }
+
+    #[test]
+    fn the_stated_bytes_are_enough_and_not_many_times_more() {
+        for mesh in [
+            Mesh::from_triangles(vec![DVec3::ZERO, DVec3::X, DVec3::Y], &[[0, 1, 2]]),
+            shapes::cuboid(DVec3::ONE).unwrap(),
+            shapes::knot(12, 5).unwrap(),
+            shapes::knot(80, 30).unwrap(),
+        ] {
+            let mut asked = 0;
+            let normal_of = |_: u32, _: &Corner| DVec3::Z;
+            let room = |bytes| {
+                asked = bytes;
+                Ok(())
+            };
+            let made = IndexedMesh::within(&mesh, normal_of, room, &Default::default()).unwrap();
+            let (held, faces) = (made.size_bytes() as u64, mesh.triangles.len());
+            assert!((held..5 * held).contains(&asked), "{faces} faces: {asked} for {held}");
+        }
+    }
 }

@@ -290,3 +290,25 @@ fn joined(a: Range<u32>, b: Range<u32>) -> Range<u32> {
         _ => a.start.min(b.start)..a.end.max(b.end),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_of_faces_take_what_is_stated_for_them() {
+        let mut list = FaceList::default();
+        assert_eq!(list.size_bytes(), 0);
+        list.prepared_faces.reserve_exact(100);
+        let faces = 100 * size_of::<PreparedFaceResult>();
+        assert_eq!(list.size_bytes(), faces);
+        list.progress.reserve_exact(50);
+        list.blended_setups.reserve_exact(2);
+        assert_eq!(list.size_bytes(), faces + 50 * 4 + 2 * size_of::<BlendedSetup>());
+        // The list that is drawn, and each face of it set up.
+        assert!(face_list_bytes(100) >= (faces + 100 * size_of::<(usize, u32)>()) as u64);
+        // A long list is set up in parts.
+        let per_face = (face_list_bytes(2_000_000) - face_list_bytes(1_000_000)) / 1_000_000;
+        assert_eq!(per_face, FACE_ENTRY_BYTES);
+    }
+}

@@ -415,6 +415,31 @@ mod tests {
     }
 
     #[test]
+    fn working_memory_is_reserved_in_the_budget_that_was_set_last() {
+        use crate::memory::MemoryUse;
+        let (scene, options) = (crowd(), SceneOptions::new(320, 240));
+        let (first, second) = (MemoryBudget::new(1 << 30), MemoryBudget::new(1 << 30));
+        let mut renderer = Renderer::default();
+        for budget in [&first, &second] {
+            renderer.set_budget(budget);
+            assert_eq!((first.used(), renderer.reserved_bytes()), (0, 0));
+            let (mut memory, mut depth) = (VideoMemory::new(320, 240).unwrap(), None);
+            let depth_format = DepthFormat::F32;
+            let mut target = Target { memory: &mut memory, depth: &mut depth, depth_format, ids: None };
+            renderer.draw_scene(&mut target, &scene, &options).unwrap();
+            assert!(renderer.reserved_bytes() > 0);
+            assert_eq!(budget.used_for(MemoryUse::Draws), renderer.reserved_bytes());
+        }
+        // What does not fit is refused.
+        let none = MemoryBudget::new(1000);
+        renderer.set_budget(&none);
+        let (mut memory, mut depth) = (VideoMemory::new(320, 240).unwrap(), None);
+        let depth_format = DepthFormat::F32;
+        let mut target = Target { memory: &mut memory, depth: &mut depth, depth_format, ids: None };
+        assert!(renderer.draw_scene(&mut target, &scene, &options).is_err());
+    }
+
+    #[test]
     fn cancelled_draws_end_early_and_leave_nothing_to_later_ones() {
         use crate::scene::HiddenSurface;
         let (scene, pool) = (crowd(), rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap());

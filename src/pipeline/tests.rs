@@ -137,6 +137,21 @@ fn golden_transparent_tables() {
 }
 
 #[test]
+fn each_position_is_transformed_once_and_counted() {
+    // A knot's positions are shared by six triangles each.
+    let mesh = shapes::knot(30, 8).unwrap();
+    let positions = mesh.positions.len() as u64;
+    let mut scene = table_scene(&golden("seed003_tables_opaque")["inputs"]);
+    scene.objects.push(object("knot", mesh, Material::default()));
+    let mut memory = VideoMemory::new(12, 10).unwrap();
+    let mut depth = None;
+    let mut target =
+        Target { memory: &mut memory, depth: &mut depth, depth_format: DepthFormat::F32, ids: None };
+    let stats = draw_scene(&mut target, &scene, &SceneOptions::new(12, 10)).unwrap();
+    assert_eq!(stats.vertices, 2 * 3 + positions);
+}
+
+#[test]
 fn golden_depth_values() {
     let g = golden("seed003_depth_values");
     let cases = g["expected"].as_array().unwrap();

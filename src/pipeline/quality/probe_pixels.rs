@@ -294,6 +294,29 @@ mod tests {
     }
 
     #[test]
+    fn a_group_holds_with_one_pixel_in_two_thousand_over_its_limit() {
+        // Groups of 4000, 2000 and 1999 pixels, and pixels of no object.
+        let sizes = [4000, 2000, 1999];
+        let mut owner: Vec<Option<u32>> = vec![None; 100];
+        sizes.iter().zip(0..).for_each(|(size, group)| owner.extend(vec![Some(group); *size]));
+        let set = ReferenceSet { drawn_on: vec![], owner, groups: 3, pixels_of: vec![], bytes: vec![] };
+        let sample: Vec<usize> = (0..set.owner.len()).collect();
+        let mut errors = vec![3; sample.len()];
+        errors[..100].fill(200);
+        assert_eq!(set.groups_that_hold(&sample, &errors, 3.0), [true; 3]);
+        for first in [100, 4100, 6100] {
+            errors[first] = 4;
+        }
+        assert_eq!(set.groups_that_hold(&sample, &errors, 3.0), [true, true, false]);
+        for second in [101, 4101] {
+            errors[second] = 4;
+        }
+        assert_eq!(set.groups_that_hold(&sample, &errors, 3.0), [true, false, false]);
+        errors[102] = 4;
+        assert_eq!(set.groups_that_hold(&sample, &errors, 3.0), [false; 3]);
+    }
+
+    #[test]
     fn quantiles_leave_one_in_a_thousand_out() {
         let mut errors = vec![0u8; 999];
         errors.push(9);

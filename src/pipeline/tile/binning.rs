@@ -312,3 +312,29 @@ impl Binning {
         });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::bins::{BinEntry, Larger};
+    use super::super::list_bytes::ListBytes;
+    use super::*;
+
+    #[test]
+    fn the_least_bytes_of_a_chunk_hold_vectors_and_a_few_larger_faces_in_each_tile() {
+        let size = (1000, 700);
+        let grid = Grid::of_frame(size);
+        let (mut chunk, bytes) = (Chunk::default(), ListBytes::default());
+        chunk.reset(grid.columns * grid.rows, &bytes);
+        for bin in &mut chunk.bins {
+            // A vector of one face, and the room for another vector behind it.
+            bin.tiny.room(16, &bytes);
+            bin.tiny.grow(1);
+            bin.tiny.room(16, &bytes);
+            let entry = BinEntry::OrderBreak;
+            bytes.push(&mut bin.larger, Larger { fragments_before: 0, tiny_before: 1, entry });
+        }
+        let least = empty_chunk_bytes(size);
+        assert!(bytes.get() as u64 <= least, "{} of {least}", bytes.get());
+        assert!(least < 4 * bytes.get() as u64, "{} of {least}", bytes.get());
+    }
+}

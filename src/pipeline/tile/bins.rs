@@ -353,3 +353,41 @@ fn touch<'b>(bins: &'b mut [Bin], reached: &mut Vec<u32>, tile: usize) -> &'b mu
     }
     bin
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_are_counted_by_their_capacity() {
+        let (bytes, mut list, mut tiny) = (ListBytes::default(), Vec::new(), TinyList::default());
+        for i in 0..1000u64 {
+            bytes.push(&mut list, i);
+            assert_eq!(bytes.get(), list.capacity() * 8);
+        }
+        for _ in 0..100 {
+            tiny.push([7; 8], &bytes);
+            assert_eq!(bytes.get(), list.capacity() * 8 + tiny.size_bytes());
+        }
+        assert!((100 * 32..400 * 32).contains(&tiny.size_bytes()));
+    }
+
+    #[test]
+    fn a_grid_takes_a_bin_and_its_place_in_the_list_of_reached_tiles() {
+        for rows in 2..50 {
+            let grid = Grid::of_frame((3 * Grid::TILE_COLUMNS as usize, rows * Grid::TILE_ROWS as usize));
+            let tiles = grid.columns * grid.rows;
+            assert_eq!(tiles, 3 * rows);
+            let (mut chunk, bytes) = (Chunk::default(), ListBytes::default());
+            chunk.reset(tiles, &bytes);
+            for tile in 0..tiles {
+                let _ = touch(&mut chunk.bins, &mut chunk.reached, tile);
+            }
+            // A list that has grown item by item has room for up to twice as many.
+            let reached = chunk.reached.capacity() * size_of::<u32>();
+            let stated = Bin::grid_bytes(&grid);
+            assert!(stated >= chunk.bins.capacity() * size_of::<Bin>() + reached, "{tiles}");
+            assert!(stated <= tiles * (size_of::<Bin>() + 8), "{tiles}");
+        }
+    }
+}

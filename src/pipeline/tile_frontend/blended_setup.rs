@@ -113,3 +113,24 @@ impl PreparedDraw<'_> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_of_lights_are_kept_for_the_next_draw() {
+        let lighting = |capacity| MaterialLighting {
+            lights: Vec::with_capacity(capacity),
+            ..MaterialLighting::constant([0.0; 3], [0.0; 3])
+        };
+        let mut setup = BlendedSetup::default();
+        setup.lightings.extend([(1, lighting(8)), (2, lighting(0)), (3, lighting(5))]);
+        setup.forget();
+        assert!(setup.lightings.is_empty() && setup.is_unasked());
+        let mut capacities: Vec<usize> = setup.recycled.iter().map(Vec::capacity).collect();
+        capacities.sort_unstable();
+        assert_eq!(capacities, [5, 8]);
+        assert!(setup.size_bytes() >= 13 * size_of::<FastLight>());
+    }
+}

@@ -306,3 +306,29 @@ fn can_join(prepared: &PreparedDraw, first: &PreparedDraw) -> bool {
         && has_depth(prepared) == has_depth(first)
         && prepared.plan.uses(Part::TileRenderer)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::memory::VideoMemory;
+
+    #[test]
+    fn what_a_batch_holds_and_may_hold_is_counted_draw_by_draw() {
+        let mut batch = DrawBatch::default();
+        assert_eq!(batch.held_bytes(), 0);
+        batch.slots.resize_with(3, TileWorkspace::default);
+        assert_eq!(batch.held_bytes(), 3 * size_of::<TileWorkspace>() as u64);
+        let mut list = Vec::new();
+        batch.bytes.push(&mut list, 1u64);
+        assert_eq!(batch.held_bytes(), (3 * size_of::<TileWorkspace>() + 8 * list.capacity()) as u64);
+
+        let (mut memory, mut depth) = (VideoMemory::new(64, 64).unwrap(), None);
+        let depth_format = DepthFormat::F32;
+        let target = Target { memory: &mut memory, depth: &mut depth, depth_format, ids: None };
+        let worst = |bindings: &[u64]| DrawBatch::worst_bytes(bindings.iter().copied(), 2, &target);
+        assert_eq!(worst(&[1000, 500]), worst(&[0, 0]) + 1500);
+        assert!(worst(&[0, 0, 0]) >= worst(&[0, 0]) + size_of::<TileWorkspace>() as u64);
+        // More draws than a batch takes count no more.
+        assert_eq!(worst(&[0; MOST_DRAWS + 9]), worst(&[0; MOST_DRAWS]));
+    }
+}

@@ -137,6 +137,25 @@ fn the_corners_of_notes_001_come_out_of_it() {
     }
 }
 
+#[test]
+fn a_corner_behind_the_eye_has_no_ndc() {
+    let points = vec![dvec3(-1.0, 0.0, 0.0), dvec3(1.0, 0.0, 0.0), dvec3(0.0, 1.0, 9.0)];
+    let geometry = Geometry { mesh: Mesh::from_triangles(points, &[[0, 1, 2]]), ..Default::default() };
+    let material = Material::default();
+    let call = DrawCall {
+        camera: camera(dvec3(0.0, 0.0, 5.0), perspective(1.0, 10.0)),
+        cull: crate::scene::Cull::None,
+        ..DrawCall::new(&geometry, &material, 64, 48)
+    };
+    let trace = trace_draw(&call, [64, 48], DepthFormat::F32, Probe::Triangle(0)).expect("a triangle");
+    let text = trace.to_string();
+    let corners: Vec<&str> = text.split("\ncorner ").skip(1).collect();
+    assert_eq!(corners.len(), 3, "{text}");
+    let is_behind = corners.iter().map(|corner| corner.contains("behind the eye")).collect::<Vec<_>>();
+    assert_eq!(is_behind, [false, false, true], "{text}");
+    assert!(corners[..2].iter().all(|corner| corner.contains("\n  NDC         (")), "{text}");
+}
+
 /// Draws and traces a lit, coloured knot under one shading mode; returns frame and trace.
 fn knot(shade: ShadeMode, probe: Probe) -> (VideoMemory, Result<Trace, TraceError>) {
     let geometry = Geometry { mesh: shapes::knot(60, 10).expect("a knot"), ..Default::default() };

@@ -165,3 +165,36 @@ fn every_filter_gives_the_definitions_texels() {
         }
     }
 }
+
+/// Returns the lanes that are too near to a level's edge, for steps of these lengths in texels.
+struct Edges<'a>(&'a TextureSampler<'a>, &'a [f32]);
+
+impl Kernel for Edges<'_> {
+    type Output = Vec<bool>;
+    fn run<S: Simd>(self, s: S) -> Self::Output {
+        let (zero, all) = (s.splat(0.0), s.mask(u32::MAX >> (32 - S::LANES)));
+        let needs_f64 = |length: &f32| {
+            let right = [s.splat(*length / self.0.texture.width() as f32), zero];
+            let footprint = UvDerivatives { right, below: [zero; 2], is_horizon: s.mask(0) };
+            let sample_coord = self.0.sample_coord(s, [[zero; 2]; 2], [zero; 2], Some(footprint));
+            self.0.texel_addresses(s, all, &sample_coord).needs_f64.any()
+        };
+        self.1.iter().map(needs_f64).collect()
+    }
+}
+
+#[test]
+fn pixels_next_to_where_the_level_changes_are_left_to_f64_on_both_sides() {
+    let texture = Texture::new(64, 64, vec![128; 64 * 64 * 4]).unwrap();
+    let sampling = Sampling { filter: Filter::Mipmap, ..Sampling::default() };
+    let sampler = TextureSampler::new(&texture, sampling);
+    // Level 2 is nearest for D = log2 L from 1.5 to 2.5.
+    let lengths = [1.5f32, 2.5].map(|d| [-0.5, -4e-4, 0.0, 4e-4, 0.5].map(|off| (d + off).exp2()));
+    for level in Level::ALL {
+        for lengths in lengths {
+            assert_eq!(level.dispatch(Edges(&sampler, &lengths)), [false, true, true, true, false]);
+        }
+        // Below level 0 nothing changes.
+        assert_eq!(level.dispatch(Edges(&sampler, &[0.001, 0.25, 0.5f32.sqrt() * 0.5])), [false; 3]);
+    }
+}
