@@ -125,9 +125,10 @@ mod tests {
             ..MaterialLighting::constant([0.0; 3], [0.0; 3])
         };
         let mut setup = BlendedSetup::default();
+        setup.is_set_up = true;
         setup.lightings.extend([(1, lighting(8)), (2, lighting(0)), (3, lighting(5))]);
         setup.forget();
-        assert!(setup.lightings.is_empty() && setup.is_unasked());
+        assert!(setup.lightings.is_empty() && !setup.is_set_up());
         let mut capacities: Vec<usize> = setup.recycled.iter().map(Vec::capacity).collect();
         capacities.sort_unstable();
         assert_eq!(capacities, [5, 8]);
