@@ -7,7 +7,7 @@ pub mod teapot;
 
 use fbptr::error::Fault;
 use fbptr::save;
-use fbptr::server::{Client, Display, Engine, Finish, ListenAddress, RenderThread, Server};
+use fbptr::server::{Client, Display, DisplayObserver, Engine, Finish, ListenAddress, RenderThread, Server};
 use std::error::Error;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -87,7 +87,7 @@ pub fn show(
         let mut engine = Engine::new(width, height)?;
         let display = (!headless).then(|| Display::new(width, height));
         if let Some(display) = &display {
-            engine.set_display(display.clone());
+            engine.attach(DisplayObserver::new(display.clone()));
         }
         let thread = RenderThread::start(engine)?;
         let limit = frames.unwrap_or(if headless || motion == Motion::Still { 1 } else { u64::MAX });
@@ -119,7 +119,7 @@ pub fn with_server(
     let mut engine = Engine::new(width, height)?;
     let display = (!arguments.headless).then(|| Display::new(width, height));
     if let Some(display) = &display {
-        engine.set_display(display.clone());
+        engine.attach(DisplayObserver::new(display.clone()));
     }
     let mut server = Server::start(engine)?;
     // Port 0: the system chooses a free one.

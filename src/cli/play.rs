@@ -13,7 +13,9 @@ use crate::command::EndOfInput;
 use crate::load::SandboxDir;
 use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
 use crate::save;
-use crate::server::{Display, Engine, Finish, Limits, Notice, Player, RenderThread, recorded_size};
+use crate::server::{
+    Display, DisplayObserver, Engine, Finish, Limits, Notice, OnPresent, Player, RenderThread, recorded_size,
+};
 use clap::Args;
 use std::fs::File;
 use std::io::{self, Read, Seek};
@@ -217,12 +219,13 @@ impl Play {
         // A stream that is typed or sent runs in real time; a file has only its PRESENTs.
         let is_live = movie.is_some() && end == EndOfInput::Stream;
         let seen = display.clone().or_else(|| is_live.then(new_display));
+        // A frame is in the movie before anything sees it on the display.
+        if let Some(movie) = &movie {
+            engine.attach(OnPresent::new(movie.on_present()));
+        }
         if let Some(seen) = &seen {
             seen.set_paused(self.paused && display.is_some());
-            engine.set_display(seen.clone());
-        }
-        if let Some(movie) = &movie {
-            engine.set_on_present(movie.on_present());
+            engine.attach(DisplayObserver::new(seen.clone()));
         }
         let is_alone = Arc::new(AtomicBool::new(display.is_none()));
         let sampler = match (&movie, &seen) {

@@ -19,7 +19,7 @@ impl RecordGate {
         let (recorder, chosen) = bounded(1);
         server.thread().run_between(move |engine| {
             if let Ok(recorder) = chosen.recv() {
-                engine.set_recorder(recorder);
+                engine.attach(recorder);
             }
         });
         RecordGate { recorder, size }

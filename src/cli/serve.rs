@@ -12,8 +12,8 @@ use crate::load::SandboxDir;
 use crate::memory::SharedFile;
 use crate::save;
 use crate::server::{
-    Dialect, Display, Engine, Limits, ListenAddress, MetricsBoard, MetricsServer, PeriodicSnapshots, Server,
-    SnapshotPlan,
+    Dialect, Display, DisplayObserver, Engine, FileSharing, Limits, ListenAddress, MetricsBoard,
+    MetricsServer, OutputState, PeriodicSnapshots, Server, SnapshotPlan, VerbCounts,
 };
 use crate::simd::allocator;
 use clap::Args;
@@ -281,7 +281,8 @@ impl Serve {
         };
         let mut engine = shut_down(server, why);
         engine.end();
-        let has_failed = engine.record_failure().is_some() || engine.shared_failure().is_some();
+        let status = engine.status();
+        let has_failed = [status.recording, status.shared_file].contains(&OutputState::Failed);
         drop(sampler);
         let is_saved = self.save(&engine, movie);
         Ok(if has_failed || !is_saved { Status::Failed } else { Status::Success })
@@ -304,14 +305,14 @@ impl Serve {
         let display = self.display(engine);
         let board = (has_metrics || display.is_some()).then(MetricsBoard::new);
         if let Some(board) = &board {
-            engine.set_metrics(board.clone());
+            engine.attach(VerbCounts::new(board.clone()));
         }
         let (width, height) = (engine.memory().width(), engine.memory().height());
         let movie = self.movie.open(width, height)?;
         // The movie records the frames of the window's display, or of one without a window.
         let seen = display.clone().or_else(|| movie.is_some().then(|| Display::new(width, height)));
         if let Some(display) = &seen {
-            engine.set_display(display.clone());
+            engine.attach(DisplayObserver::new(display.clone()));
         }
         let is_alone = Arc::new(AtomicBool::new(display.is_none()));
         let sampler = match (&movie, seen) {
@@ -429,8 +430,9 @@ impl Serve {
             engine.set_load_dir(folder(path)?);
         }
         if let Some(file) = shared {
-            engine.set_shared_file(file);
-            engine.set_on_shared_failure(|error| say_as_program(format_args!("{error}: no longer shared")));
+            engine.attach(FileSharing::new(file, |error| {
+                say_as_program(format_args!("{error}: no longer shared"));
+            }));
         }
         Ok(engine)
     }

@@ -6,7 +6,8 @@
 
 use super::budget::Budget;
 use super::engine::Engine;
-use super::record::{END_MARK, FileSet, RECORD_MAGIC};
+use super::read_files::FileSet;
+use super::record::{END_MARK, RECORD_MAGIC};
 use super::session::{Audience, FileAccess};
 use super::stream::{CommandError, Notice, Output, Resume, Stream, StreamState};
 use crate::command::{EndOfInput, StreamPosition};

@@ -2,6 +2,7 @@
 
 use super::admission::Admission;
 use super::message::{Finish, Medium};
+use super::metrics::VerbCounts;
 use super::thread::RenderThread;
 use super::transport::{
     ByteSource, Control, Endpoint, LINGERING, ListenAddress, ListenError, Listener, Uncontrolled, make_room,
@@ -59,8 +60,8 @@ impl Server {
     pub fn start(engine: Engine) -> io::Result<Server> {
         let limits = engine.limits();
         let admission = Admission::new(limits.connections, limits.connections_per_address);
-        if let Some(board) = engine.metrics() {
-            board.set_admission(admission.clone());
+        if let Some(counts) = engine.observer::<VerbCounts>() {
+            counts.board().set_admission(admission.clone());
         }
         let thread = RenderThread::start(engine)?;
         Ok(Server { thread, listeners: Vec::new(), admission })

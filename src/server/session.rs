@@ -4,7 +4,7 @@
 //! It begins with the defaults that pipeline.md lists under "settled points", ends with its
 //! connection, and is shared with no other.
 
-use super::record::FileSet;
+use super::read_files::FileSet;
 use super::{Limits, ResourceTable, Stats};
 use crate::command::{ErrorMode, Quality};
 use crate::draw2d::Blend;
@@ -158,11 +158,16 @@ impl Session {
         self.error_mode == Some(ErrorMode::Close)
     }
 
-    /// Counts pixel commands, of which `stored` were on the frame.
-    pub(super) fn count_pixels(&mut self, commands: usize, stored: u64) {
-        self.stats.commands += commands as u64;
+    /// Counts pixels that were sent, of which `stored` were on the frame.
+    pub(super) fn count_pixels(&mut self, sent: usize, stored: u64) {
         self.stats.pixels += stored;
-        self.stats.clipped += commands as u64 - stored;
+        self.stats.clipped += sent as u64 - stored;
+    }
+
+    /// Counts a command that was refused before it reached the engine.
+    pub(super) fn count_refused(&mut self) {
+        self.stats.commands += 1;
+        self.stats.errors += 1;
     }
 
     /// Sets or clears light `index`.

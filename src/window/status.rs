@@ -30,11 +30,11 @@ impl ServerStatus {
         if self.last.is_none_or(|(at, _)| now >= at + PERIOD) {
             let metrics = self.board.read().metrics;
             let (elapsed, done) = match self.last {
-                Some((at, before)) => ((now - at).as_secs_f64(), metrics.totals - before),
+                Some((at, before)) => ((now - at).as_secs_f64(), metrics.engine.totals - before),
                 None => (f64::INFINITY, Stats::default()),
             };
             let rate = |count: u64| count as f64 / elapsed;
-            let clients = match metrics.connections {
+            let clients = match metrics.engine.connections {
                 1 => "1 client".to_owned(),
                 n => format!("{n} clients"),
             };
@@ -44,7 +44,7 @@ impl ServerStatus {
                 short(rate(done.pixels)),
                 short(rate(done.bytes))
             );
-            self.last = Some((now, metrics.totals));
+            self.last = Some((now, metrics.engine.totals));
         }
         self.addresses.iter().cloned().chain([self.rates.clone()]).collect()
     }
@@ -89,8 +89,8 @@ mod tests {
         let mut status = ServerStatus::new(vec!["tcp 127.0.0.1:1234".into()], board.clone());
         assert_eq!(status.lines(), ["tcp 127.0.0.1:1234", "0 clients  0 commands/s  0 pixels/s  0B/s"]);
         let fill = |m: &mut Metrics| {
-            m.connections = 1;
-            m.totals.pixels = 10_000;
+            m.engine.connections = 1;
+            m.engine.totals.pixels = 10_000;
         };
         assert!(board.update(Instant::now(), fill));
         let before = Instant::now().checked_sub(PERIOD).expect("the clock has run for a second");

@@ -6,7 +6,7 @@
 mod lists;
 mod reader;
 
-use lists::{EYE, Edges, PIPELINE, ROOMS, SERVER};
+use lists::{EYE, Edges, OBSERVERS, PIPELINE, ROOMS, SERVER};
 use reader::{Import, imports, reexports};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -182,6 +182,33 @@ fn the_lists_have_no_cycle() {
     }
     assert_eq!(cycle(&[("a", &["b"]), ("b::x", &["c"]), ("c", &["a"])]).map(|c| c.len()), Some(4));
     assert_eq!(cycle(&[("a", &["b", "c"]), ("b", &["c"])]), None);
+}
+
+/// Returns everything that a part imports, itself or by others.
+fn reached<'e>(list: Edges, from: &'e str) -> BTreeSet<&'e str> {
+    let (mut found, mut open) = (BTreeSet::new(), vec![from]);
+    while let Some(name) = open.pop() {
+        let imports = list.iter().filter(|(part, _)| *part == name).flat_map(|(_, to)| *to);
+        open.extend(imports.filter(|to| found.insert(**to)));
+    }
+    found
+}
+
+#[test]
+fn observers_import_the_engine_and_it_imports_none_of_them() {
+    let of_engine = reached(SERVER, "engine");
+    for observer in OBSERVERS {
+        assert!(!of_engine.contains(observer), "engine reaches {observer}: {of_engine:?}");
+        assert!(reached(SERVER, observer).contains("engine"), "{observer} observes nothing");
+    }
+    // Every implementation of the trait is in the list.
+    for source in sources().iter().filter(|s| !s.is_test() && s.text.contains(" Observer for ")) {
+        let module = source.module();
+        let part = module.get(1).map(String::as_str).unwrap_or_default();
+        assert!(module[0] == "server" && OBSERVERS.contains(&part), "{}", source.file.display());
+    }
+    let list: Edges = &[("a", &["b"]), ("b", &["c"]), ("d", &["a"])];
+    assert_eq!(reached(list, "a"), BTreeSet::from(["b", "c"]));
 }
 
 #[test]

@@ -1,14 +1,14 @@
 //! Display of frames by AUTO, PRESENT, EVENTS and stepping, with a test in place of the window.
 
 use crate::support::Serving;
-use fbptr::server::{Display, Engine, Finish, InputEvent, RenderThread, ShownFrame};
+use fbptr::server::{Display, DisplayObserver, Engine, Finish, InputEvent, RenderThread, ShownFrame};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 fn shown(width: u32, height: u32) -> (Serving, Arc<Display>) {
     let display = Display::new(width, height);
     let mut engine = Engine::new(width, height).unwrap();
-    engine.set_display(display.clone());
+    engine.attach(DisplayObserver::new(display.clone()));
     (Serving::with(engine), display)
 }
 
@@ -156,7 +156,7 @@ fn depth_under_the_pointer_is_answered() {
 fn an_in_process_client_presents_and_hears_of_its_errors() {
     let display = Display::new(8, 8);
     let mut engine = Engine::new(8, 8).unwrap();
-    engine.set_display(display.clone());
+    engine.attach(DisplayObserver::new(display.clone()));
     let thread = RenderThread::start(engine).unwrap();
     let client = thread.client();
     client.pixel(0, 0, [0x66, 0, 0, 255]);

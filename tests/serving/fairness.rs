@@ -91,7 +91,7 @@ impl Write for Sheet {
 pub fn recorded(width: u32, height: u32, limits: Limits) -> (Serving, Sheet) {
     let sheet = Sheet::default();
     let mut engine = Engine::with_limits(width, height, limits).unwrap();
-    engine.set_recorder(Recorder::new(Box::new(sheet.clone()), width, height).unwrap());
+    engine.attach(Recorder::new(Box::new(sheet.clone()), width, height).unwrap());
     (Serving::with(engine), sheet)
 }
 

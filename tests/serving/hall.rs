@@ -5,7 +5,7 @@
 
 use crate::process::{Process, fbptr, play, text};
 use crate::support::{Folder, Serving, Wire};
-use fbptr::server::{Display, Engine, Limits, ListenAddress};
+use fbptr::server::{Display, DisplayObserver, Engine, Limits, ListenAddress};
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -62,7 +62,7 @@ fn idle_connections_end_and_those_that_wait_or_work_stay() {
         Limits { idle_timeout: Some(Duration::from_secs(2)), reply_bytes: 100_000, ..Limits::default() };
     let mut engine = Engine::with_limits(100, 100, limits).unwrap();
     let display = Display::new(100, 100);
-    engine.set_display(display.clone());
+    engine.attach(DisplayObserver::new(display.clone()));
     let serving = Serving::with(engine);
     let connect = |first: &[u8]| {
         let mut wire = serving.connect();

@@ -10,6 +10,7 @@ mod hall;
 mod loads;
 mod memory;
 mod metrics;
+mod observers;
 mod pipes;
 mod preemption;
 mod process;

@@ -106,6 +106,17 @@ fn wait_for(address: SocketAddr, is_right: impl Fn(&HashMap<String, f64>) -> boo
 }
 
 #[test]
+fn a_command_in_pieces_is_counted_by_its_verb() {
+    let (_process, address, metrics) = start(&[]);
+    let mut wire = Wire::connect(address);
+    let text = "x".repeat(400_000);
+    wire.send(format!("TEXT 0 0 ffffff :{}\n{text}SYNC a\n", text.len()).as_bytes());
+    assert_eq!(wire.line(), "SYNC a\n");
+    let samples = wait_for(metrics, |samples| samples["fbptr_commands_total"] == 2.0);
+    assert_eq!(samples["fbptr_verb_commands_total{verb=\"TEXT\"}"], 1.0);
+}
+
+#[test]
 fn the_values_are_what_happened() {
     let (_process, address, metrics) = start(&["--max-conns-per-address", "2"]);
     let mut wire = Wire::connect(address);

@@ -93,7 +93,7 @@ fn engine(case: &Case, options: &RenderOptions, folders: &Folders, recording: &S
     engine.set_load_dir(SandboxDir::open(&folders.load()).expect("the folder was made"));
     engine.set_snap_dir(SandboxDir::open(&folders.snap()).expect("the folder was made"));
     let recorder = Recorder::new(Box::new(recording.clone()), width, height).expect("a thread");
-    engine.set_recorder(recorder);
+    engine.attach(recorder);
     engine
 }
 
@@ -118,7 +118,7 @@ pub fn run(
     for turn in &case.turns {
         let id = turn.connection;
         let Some(stream) = &mut streams[id] else { continue };
-        engine.set_time(begun);
+        engine.begin_slice(begun);
         let clock = Clock::now();
         let mut state = StreamState::Ready;
         if !turn.bytes.is_empty() {

@@ -1,16 +1,18 @@
-//! Dispatch of commands, and what all commands have in common: counting, the limit of replies,
-//! recording.
+//! The door of the engine: what all requests have in common, and the dispatch of commands.
 //!
-//! In: a command and its session. Out: its effect, its reply and its place in the recording, or a
-//! fault.
+//! In: a request and its session, the result of its job, or its pieces. Out: its effect and its
+//! reply, or a fault. Each request is counted here, once; the limit of replies, the counts of errors
+//! and the events that let observers keep or undo what began stand here alone, for commands as for
+//! batches of pixels.
 
 use super::job::JobResult;
-use super::{Effect, Engine, Progress};
+use super::{Effect, Engine, Event, Pieces, Progress, Request};
 use crate::cancel::CancelToken;
 use crate::command::Command;
 use crate::error::Fault;
 use crate::math::matrix;
 use crate::scene::LookAt;
+use crate::server::read_files::ReadFile;
 use crate::server::{Budget, Session};
 use glam::DMat4;
 
@@ -27,7 +29,7 @@ impl Engine {
         replies: &mut Vec<u8>,
     ) -> Result<Effect, Fault> {
         self.may_suspend = false;
-        let mut progress = self.begin(session, command, replies)?;
+        let mut progress = self.begin(session, Request::Command(command), replies)?;
         loop {
             match progress {
                 Progress::Done(effect) => return Ok(effect),
@@ -41,28 +43,34 @@ impl Engine {
         }
     }
 
-    /// Runs one command of `session`, or the part of it that comes before its job.
+    /// Runs one request of `session`, or the part of it that comes before its job or its pieces.
+    /// Inlined, so that a batch is dispatched where it is known.
     ///
     /// # Errors
     /// See [`Engine::run`].
+    #[inline]
     pub(in crate::server) fn begin(
         &mut self,
         session: &mut Session,
-        command: Command,
+        request: Request<'_>,
         replies: &mut Vec<u8>,
     ) -> Result<Progress, Fault> {
-        session.stats.commands += 1;
-        self.verb_counts.command(&command);
-        if !is_pixelflut(&command) {
-            session.has_used_other_verbs = true;
-        }
-        let start = replies.len();
-        let recorded = match &mut self.recorder {
-            Some(recorder) if !is_made_by_job(&command) => Some(recorder.command(session.id, &command)),
-            _ => None,
+        session.stats.commands += request.count() as u64;
+        session.has_used_other_verbs |= !request.is_pixelflut();
+        self.send(&Event::Received(&request));
+        let request = match request {
+            Request::Command(command) if self.may_suspend && self.is_long(session, &command) => {
+                return Ok(Progress::Pieces(Box::new(self.begin_in_pieces(session, command))));
+            }
+            request => request,
         };
-        let result = self.dispatch(session, command, replies);
-        self.end_command(session, recorded, result, replies, start)
+        let start = replies.len();
+        let has_begun = !request.is_made_by_job();
+        if has_begun {
+            self.send_begin(session, &request);
+        }
+        let result = self.dispatch(session, request, replies);
+        self.end_request(session, has_begun, result, &[], replies, start)
     }
 
     /// Applies the result of a command's job.
@@ -75,83 +83,120 @@ impl Engine {
         result: JobResult,
         replies: &mut Vec<u8>,
     ) -> Result<Progress, Fault> {
-        let (command, apply) = match (result.command, result.apply) {
-            (Some(command), Ok(apply)) => (command, apply),
-            (_, Err(fault)) => {
-                session.stats.errors += 1;
-                return Err(fault);
-            }
-            (None, Ok(_)) => return Ok(Progress::Done(Effect::Done)),
-        };
-        let start = replies.len();
-        self.files_read = result.files;
-        let recorded = self.recorder.as_mut().map(|r| r.command(session.id, &command));
-        drop(command);
-        let result = apply(self, session, replies);
-        self.end_command(session, recorded, result, replies, start)
+        let JobResult { made, files } = result;
+        let (start, has_begun) = (replies.len(), made.is_ok());
+        let result = made.and_then(|(command, apply)| {
+            self.send_begin(session, &Request::Command(command));
+            apply(self, session, replies)
+        });
+        self.end_request(session, has_begun, result, &files, replies, start)
     }
 
-    /// Completes a command that has run: checks the limit of replies, counts errors, and keeps the
-    /// command in the recording or removes it.
-    #[inline]
-    fn end_command(
+    /// Runs at least one piece of a command, and more until the budget's time is used up. Returns
+    /// the rest of the command if it is not complete.
+    ///
+    /// # Errors
+    /// The reason for which the command was refused or ended early.
+    pub(in crate::server) fn run_pieces(
         &mut self,
         session: &mut Session,
-        recorded: Option<usize>,
-        result: Result<Progress, Fault>,
+        mut pieces: Pieces,
+        replies: &mut Vec<u8>,
+        budget: Budget,
+    ) -> Result<Progress, Fault> {
+        let is_done = self.advance(session, &mut pieces, budget);
+        if let Ok(false) = is_done {
+            return Ok(Progress::Pieces(Box::new(pieces)));
+        }
+        let (start, has_begun) = (replies.len(), is_done.is_ok());
+        let result = is_done.map(|_| {
+            let request = self.end_pieces(session, pieces, replies);
+            self.send_begin(session, &request);
+            Progress::Done(Effect::Done)
+        });
+        self.end_request(session, has_begun, result, &[], replies, start)
+    }
+
+    /// Ends a request, or a part of it: checks the limit of replies, counts errors, and sends
+    /// observers the end of what has begun.
+    #[inline]
+    fn end_request(
+        &mut self,
+        session: &mut Session,
+        has_begun: bool,
+        mut result: Result<Progress, Fault>,
+        files: &[ReadFile],
         replies: &mut Vec<u8>,
         start: usize,
     ) -> Result<Progress, Fault> {
         let length = replies.len() - start;
         if !matches!(result, Ok(Progress::Pieces(_))) {
-            self.held.reply.shrink_to(0);
+            self.quotas.reply.shrink_to(0);
         }
-        let result = match result {
-            Ok(_) if length > self.limits.reply_bytes => Err(self.reply_too_long(length as u64)),
-            result => result,
-        };
+        if let (true, Err(too_long)) = (result.is_ok(), self.quotas.check_reply_length(length as u64)) {
+            result = Err(too_long);
+        }
         if result.is_err() {
             replies.truncate(start);
             session.stats.errors += 1;
         }
-        if let (Some(recorder), Some(before)) = (&mut self.recorder, recorded) {
-            match result {
-                Ok(Progress::Done(_)) if self.files_read.is_empty() => {}
-                Ok(Progress::Done(_)) => recorder.attach_files(session.id, before, &self.files_read),
-                _ => recorder.roll_back(before),
-            }
-            self.files_read.clear();
+        if has_begun {
+            self.send_end(session, matches!(result, Ok(Progress::Done(_))), files);
         }
         result
     }
 
+    /// Runs a request, or creates its job.
+    #[inline]
+    fn dispatch(
+        &mut self,
+        s: &mut Session,
+        request: Request<'_>,
+        out: &mut Vec<u8>,
+    ) -> Result<Progress, Fault> {
+        match request {
+            Request::Command(command) => return self.dispatch_command(s, command, out),
+            Request::Pixel { x, y, color } => self.framebuffer.moved_pixel(s, x, y, color),
+            Request::Pixels(records) => self.framebuffer.pixels(s, records),
+            Request::BinaryPixels(records) => self.framebuffer.binary_pixels(s, records),
+            Request::Lines(lines) => self.lines(s, lines),
+            Request::PixelRun { x, y, rgba } => self.framebuffer.pixel_run(s, x, y, rgba)?,
+            Request::Blit { rect, rgba } => self.framebuffer.blit(s, rect, rgba)?,
+            Request::Points(packed) => self.points(s, packed)?,
+        }
+        Ok(Progress::Done(Effect::Done))
+    }
+
     /// Runs a command, or creates its job. Has one line per verb.
-    fn dispatch(&mut self, s: &mut Session, command: Command, out: &mut Vec<u8>) -> Result<Progress, Fault> {
+    #[inline(never)]
+    fn dispatch_command(
+        &mut self,
+        s: &mut Session,
+        command: Command,
+        out: &mut Vec<u8>,
+    ) -> Result<Progress, Fault> {
         use Command as C;
         match command {
             C::Help => self.help(out),
-            C::Size => self.size(out),
-            C::GetPixel { x, y } => self.asked_pixel(s, x, y, out)?,
-            C::Pixel { x, y, color } => {
-                let (x, y) = Self::moved(s, x, y);
-                self.pixel(s, x, y, color);
-            }
+            C::Size => self.framebuffer.size(out),
+            C::GetPixel { x, y } => self.framebuffer.asked_pixel(s, x, y, out)?,
+            C::Pixel { x, y, color } => self.framebuffer.moved_pixel(s, x, y, color),
             C::Offset { x, y } => s.offset = [x, y],
             C::Quit => return Ok(Progress::Done(Effect::Quit)),
             C::Stats => self.stats(s, out),
-            C::BinaryPixel { x, y, color } => self.pixel(s, x.into(), y.into(), color),
-            C::PixelRun { x, y, rgba } => self.pixel_run(s, x, y, &rgba)?,
+            C::BinaryPixel { x, y, color } => self.framebuffer.pixel(s, x.into(), y.into(), color),
+            C::PixelRun { x, y, rgba } => self.framebuffer.pixel_run(s, x, y, &rgba)?,
 
-            C::Poke { offset, bytes } => self.poke(s, offset, &bytes)?,
+            C::Poke { offset, bytes } => self.framebuffer.poke(s, offset, &bytes)?,
             C::Peek { offset, n } => self.peek(offset, n, out)?,
-            C::Blit { rect, rgba } => self.blit(s, rect, &rgba)?,
+            C::Blit { rect, rgba } => self.framebuffer.blit(s, rect, &rgba)?,
             C::Read { rect } => self.read(rect, out)?,
-            C::Copy { source, dx, dy } => self.copy(s, source, dx, dy)?,
+            C::Copy { source, dx, dy } => self.framebuffer.copy(s, source, dx, dy)?,
             C::Points { packed } => self.points(s, &packed)?,
-            C::Crc { rect } => self.crc(rect, out)?,
+            C::Crc { rect } => self.framebuffer.crc(rect, out)?,
             C::Clear { color } => self.clear(s, color),
 
-            C::Figure(figure) => self.figure(s, &figure)?,
+            C::Figure(figure) => self.framebuffer.figure(s, &figure)?,
             C::Blend { over } => {
                 s.blend = if over { crate::draw2d::Blend::Over } else { crate::draw2d::Blend::Replace };
             }
@@ -181,15 +226,15 @@ impl Engine {
             C::Shade(mode) => s.shade = mode,
             C::Cull(mode) => s.cull = mode,
             C::Hide(mode) => s.hide = mode,
-            C::Depth(format) => self.set_depth_format(format),
+            C::Depth(format) => self.framebuffer.set_depth_format(format),
             C::Interp(mode) => s.interp = mode,
             C::Quality(quality) => s.quality = quality,
             C::Draw { name } => return self.draw(s, name, None),
             C::DrawScene { time, sorted } => return self.draw_scene(s, time, sorted, None),
             C::DrawEye { name, rect } => return self.draw_eye(s, name, rect),
 
-            C::DepthAt { x, y } => self.depth_at(x, y, out)?,
-            C::Pick { x, y } => self.pick(x, y, out)?,
+            C::DepthAt { x, y } => self.framebuffer.depth_at(x, y, out)?,
+            C::Pick { x, y } => self.framebuffer.pick(x, y, out)?,
             C::Sync { tag } => out.extend_from_slice(format!("SYNC {tag}\n").as_bytes()),
             C::Hello => self.hello(out),
             C::Version => out.extend_from_slice(VERSION_REPLY.as_bytes()),
@@ -204,26 +249,3 @@ impl Engine {
 }
 
 const VERSION_REPLY: &str = concat!("VERSION fbptr ", env!("CARGO_PKG_VERSION"), "\n");
-
-/// Returns whether a command always has a job, whose result contains the command for the recording.
-fn is_made_by_job(command: &Command) -> bool {
-    use Command as C;
-    matches!(command, C::Mesh { .. } | C::Texture { .. } | C::Scene { .. } | C::Eye { .. })
-}
-
-/// Returns whether a connection that sends this command may be a plain Pixelflut client.
-fn is_pixelflut(command: &Command) -> bool {
-    use Command as C;
-    matches!(
-        command,
-        C::Help
-            | C::Size
-            | C::GetPixel { .. }
-            | C::Pixel { .. }
-            | C::BinaryPixel { .. }
-            | C::PixelRun { .. }
-            | C::Offset { .. }
-            | C::Quit
-            | C::Stats
-    )
-}

@@ -2,8 +2,8 @@
 //!
 //! In: pixels, rectangles and figures of one session. Out: changed video memory, replies, counters.
 
-use super::Engine;
-use crate::command::{BINARY_PIXEL_BYTES, Command, Figure, Rect};
+use super::{Engine, Framebuffer};
+use crate::command::{BINARY_PIXEL_BYTES, Figure, Rect};
 use crate::draw2d::{self, Blend, Line};
 use crate::error::{Code, Fault};
 use crate::executor::Executor;
@@ -22,7 +22,7 @@ impl From<draw2d::DrawError> for Fault {
     }
 }
 
-impl Engine {
+impl Framebuffer {
     pub(super) fn size(&self, out: &mut Vec<u8>) {
         let (w, h) = (self.memory.width(), self.memory.height());
         out.extend_from_slice(format!("SIZE {w} {h}\n").as_bytes());
@@ -45,12 +45,7 @@ impl Engine {
 
     /// Runs `PX x y colour`, moved by OFFSET.
     #[inline(never)]
-    pub fn put_pixel(&mut self, s: &mut Session, x: i32, y: i32, color: Rgba) {
-        s.stats.commands += 1;
-        self.verb_counts.many("PX", 1);
-        if let Some(recorder) = &mut self.recorder {
-            recorder.pixel(s.id, x, y, color);
-        }
+    pub(super) fn moved_pixel(&mut self, s: &mut Session, x: i32, y: i32, color: Rgba) {
         let (x, y) = Self::moved(s, x, y);
         self.pixel(s, x, y, color);
     }
@@ -67,89 +62,16 @@ impl Engine {
         }
     }
 
-    /// Draws complete `PB` records of 10 bytes each: the fast path of binary pixels.
-    pub fn put_binary_pixels(&mut self, s: &mut Session, records: &[u8]) {
-        if let Some(recorder) = &mut self.recorder {
-            recorder.binary_pixels(s.id, records);
-        }
-        self.verb_counts.many("PB", records.len() / BINARY_PIXEL_BYTES);
+    /// Draws complete `PB` records of 10 bytes each.
+    pub(super) fn binary_pixels(&mut self, s: &mut Session, records: &[u8]) {
         let stored = draw2d::binary_pixels(&mut self.memory, records, s.blend);
         s.count_pixels(records.len() / BINARY_PIXEL_BYTES, stored);
     }
 
-    /// Draws text pixels: the fast path. A record is x and y as little-endian u16, r, g, b, a; it
-    /// is moved by OFFSET.
-    pub fn put_pixels(&mut self, s: &mut Session, records: &[[u8; 8]]) {
-        if let Some(recorder) = &mut self.recorder {
-            recorder.pixels(s.id, records, s.offset);
-        }
-        self.verb_counts.many("PX", records.len());
+    /// Draws text pixels, moved by OFFSET.
+    pub(super) fn pixels(&mut self, s: &mut Session, records: &[[u8; 8]]) {
         let stored = draw2d::moved_points(&mut self.memory, records, s.offset, s.blend);
         s.count_pixels(records.len(), stored);
-    }
-
-    /// Runs `PXMULTI` with borrowed bytes.
-    ///
-    /// # Errors
-    /// `EFORMAT` if the bytes are not complete pixels.
-    pub fn put_pixel_run(&mut self, s: &mut Session, x: u16, y: u16, rgba: &[u8]) -> Result<(), Fault> {
-        s.stats.commands += 1;
-        self.verb_counts.many("PXMULTI", 1);
-        self.pixel_run(s, x, y, rgba).inspect_err(|_| s.stats.errors += 1)?;
-        if let Some(recorder) = &mut self.recorder {
-            recorder.pixel_run(s.id, x, y, rgba);
-        }
-        Ok(())
-    }
-
-    /// Runs `BLIT` with borrowed bytes.
-    ///
-    /// # Errors
-    /// `ERANGE` for negative sides, `EFORMAT` for bytes that are not w x h pixels.
-    pub fn put_blit(&mut self, s: &mut Session, rect: Rect, rgba: &[u8]) -> Result<(), Fault> {
-        s.stats.commands += 1;
-        s.has_used_other_verbs = true;
-        self.verb_counts.many("BLIT", 1);
-        self.blit(s, rect, rgba).inspect_err(|_| s.stats.errors += 1)?;
-        if let Some(recorder) = &mut self.recorder {
-            recorder.blit(s.id, rect, rgba);
-        }
-        Ok(())
-    }
-
-    /// Counts and records a `LINE` that will be drawn together with those that follow it.
-    pub(in crate::server) fn note_line(&mut self, s: &mut Session, command: &Command) {
-        s.stats.commands += 1;
-        s.has_used_other_verbs = true;
-        self.verb_counts.command(command);
-        if let Some(recorder) = &mut self.recorder {
-            recorder.command(s.id, command);
-        }
-    }
-
-    /// Returns the executor of the 2-D verbs: the renderer's threads, never cancelled.
-    fn executor(&self) -> Executor {
-        Executor::of_pool(self.renderer.options().pool.clone())
-    }
-
-    /// Draws lines in their order, on all threads of the pool if there is one.
-    pub(in crate::server) fn draw_lines(&mut self, s: &Session, lines: &[Line]) {
-        draw2d::lines_on(&self.executor(), &mut self.memory, lines, s.blend);
-    }
-
-    /// Runs `POINTS` with borrowed bytes.
-    ///
-    /// # Errors
-    /// `EFORMAT` if the bytes are not complete records.
-    pub fn put_points(&mut self, s: &mut Session, packed: &[u8]) -> Result<(), Fault> {
-        s.stats.commands += 1;
-        s.has_used_other_verbs = true;
-        self.verb_counts.many("POINTS", 1);
-        self.points(s, packed).inspect_err(|_| s.stats.errors += 1)?;
-        if let Some(recorder) = &mut self.recorder {
-            recorder.points(s.id, packed);
-        }
-        Ok(())
     }
 
     pub(super) fn pixel_run(&mut self, s: &mut Session, x: u16, y: u16, rgba: &[u8]) -> Result<(), Fault> {
@@ -169,23 +91,6 @@ impl Engine {
     pub(super) fn poke(&mut self, s: &mut Session, offset: i32, bytes: &[u8]) -> Result<(), Fault> {
         self.memory.poke(pointer(offset, bytes.len())?, bytes)?;
         s.stats.pixels += bytes.len().div_ceil(4) as u64;
-        Ok(())
-    }
-
-    pub(super) fn peek(&mut self, offset: i32, n: i32, out: &mut Vec<u8>) -> Result<(), Fault> {
-        let len = usize::try_from(n)
-            .map_err(|_| Fault::new(Code::Range, "the byte count must be 0 or more").got(n.to_string()))?;
-        let at = pointer(offset, len)?;
-        let _ = self.memory.peek(at, len)?;
-        self.check_reply(len as u64 * 2)?;
-        let bytes = self.memory.peek(at, len)?;
-        out.extend_from_slice(format!("PEEK {offset}").as_bytes());
-        if !bytes.is_empty() {
-            out.push(b' ');
-        }
-        const DIGITS: &[u8; 16] = b"0123456789abcdef";
-        out.extend(bytes.iter().flat_map(|b| [DIGITS[usize::from(b >> 4)], DIGITS[usize::from(b & 15)]]));
-        out.push(b'\n');
         Ok(())
     }
 
@@ -209,39 +114,9 @@ impl Engine {
         side(x, w, self.memory.width()) * side(y, h, self.memory.height())
     }
 
-    pub(super) fn read(&mut self, rect: Rect, out: &mut Vec<u8>) -> Result<(), Fault> {
-        self.read_head(rect, out)?;
-        draw2d::rows(&self.memory, rect)?.for_each(|row| out.extend_from_slice(row));
-        Ok(())
-    }
-
-    /// Appends the line before the rows of `READ`. Returns the number of bytes of the rows.
-    pub(super) fn read_head(&mut self, rect: Rect, out: &mut Vec<u8>) -> Result<u64, Fault> {
-        drop(draw2d::rows(&self.memory, rect)?);
-        let Rect { x, y, w, h } = rect;
-        let bytes = w as u64 * h as u64 * 4;
-        self.check_reply(bytes)?;
-        out.extend_from_slice(format!("READ {x} {y} {w} {h} :{bytes}\n").as_bytes());
-        Ok(bytes)
-    }
-
     pub(super) fn copy(&mut self, s: &mut Session, source: Rect, dx: i32, dy: i32) -> Result<(), Fault> {
         draw2d::copy(&mut self.memory, source, [dx, dy], Blend::Replace)?;
         s.stats.pixels += self.visible(Rect { x: dx, y: dy, ..source });
-        Ok(())
-    }
-
-    pub(super) fn points(&mut self, s: &mut Session, packed: &[u8]) -> Result<(), Fault> {
-        draw2d::points_on(&self.executor(), &mut self.memory, packed, Blend::Replace)?;
-        let (w, h) = (self.memory.width(), self.memory.height());
-        let records = packed.as_chunks::<8>().0;
-        let is_inside = |r: &&[u8; 8]| {
-            let at = |i: usize| u32::from(u16::from_le_bytes([r[i], r[i + 1]]));
-            at(0) < w && at(2) < h
-        };
-        let stored = records.iter().filter(is_inside).count();
-        s.stats.pixels += stored as u64;
-        s.stats.clipped += (records.len() - stored) as u64;
         Ok(())
     }
 
@@ -255,22 +130,11 @@ impl Engine {
         Ok(())
     }
 
-    pub(super) fn clear(&mut self, s: &mut Session, color: Rgba) {
-        self.renderer.clear(&mut self.memory, color);
-        self.end_clear(s);
-    }
-
     /// Does what CLEAR does besides filling the pixels: counts them, and clears the depth and pick
     /// buffers.
     pub(super) fn end_clear(&mut self, s: &mut Session) {
         s.stats.pixels += self.memory.bytes().len() as u64 / 4;
-        if let Some(depth) = &mut self.depth {
-            depth.clear();
-        }
-        if let Some(ids) = &mut self.ids {
-            ids.clear();
-            self.id_names.clear();
-        }
+        self.clear_depths_and_ids();
     }
 
     /// Draws a line, area or text.
@@ -293,21 +157,78 @@ impl Engine {
         }
         Ok(())
     }
+}
 
-    /// Refuses a reply that is too long, or reserves memory for it until it is queued.
-    pub(super) fn check_reply(&mut self, bytes: u64) -> Result<(), Fault> {
-        if bytes > self.limits.reply_bytes as u64 {
-            return Err(self.reply_too_long(bytes));
+impl Engine {
+    /// Returns the executor of the 2-D verbs: the renderer's threads, never cancelled.
+    fn executor(&self) -> Executor {
+        Executor::of_pool(self.rendering.renderer.options().pool.clone())
+    }
+
+    /// Draws lines in their order, on all threads of the pool if there is one.
+    pub(super) fn lines(&mut self, s: &Session, lines: &[Line]) {
+        draw2d::lines_on(&self.executor(), &mut self.framebuffer.memory, lines, s.blend);
+    }
+
+    pub(super) fn peek(&mut self, offset: i32, n: i32, out: &mut Vec<u8>) -> Result<(), Fault> {
+        let len = usize::try_from(n)
+            .map_err(|_| Fault::new(Code::Range, "the byte count must be 0 or more").got(n.to_string()))?;
+        let at = pointer(offset, len)?;
+        let _ = self.framebuffer.memory.peek(at, len)?;
+        self.check_reply(len as u64 * 2)?;
+        let bytes = self.framebuffer.memory.peek(at, len)?;
+        out.extend_from_slice(format!("PEEK {offset}").as_bytes());
+        if !bytes.is_empty() {
+            out.push(b' ');
         }
-        if bytes > SHORT_REPLY_BYTES {
-            self.with_room(|engine| engine.held.reply.try_cover(bytes))?;
-        }
+        const DIGITS: &[u8; 16] = b"0123456789abcdef";
+        out.extend(bytes.iter().flat_map(|b| [DIGITS[usize::from(b >> 4)], DIGITS[usize::from(b & 15)]]));
+        out.push(b'\n');
         Ok(())
     }
 
-    pub(super) fn reply_too_long(&self, bytes: u64) -> Fault {
-        let limit = self.limits.reply_bytes;
-        Fault::new(Code::Quota, format!("a reply has at most {limit} bytes here, and this one has {bytes}"))
+    pub(super) fn read(&mut self, rect: Rect, out: &mut Vec<u8>) -> Result<(), Fault> {
+        self.read_head(rect, out)?;
+        draw2d::rows(&self.framebuffer.memory, rect)?.for_each(|row| out.extend_from_slice(row));
+        Ok(())
+    }
+
+    /// Appends the line before the rows of `READ`. Returns the number of bytes of the rows.
+    pub(super) fn read_head(&mut self, rect: Rect, out: &mut Vec<u8>) -> Result<u64, Fault> {
+        drop(draw2d::rows(&self.framebuffer.memory, rect)?);
+        let Rect { x, y, w, h } = rect;
+        let bytes = w as u64 * h as u64 * 4;
+        self.check_reply(bytes)?;
+        out.extend_from_slice(format!("READ {x} {y} {w} {h} :{bytes}\n").as_bytes());
+        Ok(bytes)
+    }
+
+    pub(super) fn points(&mut self, s: &mut Session, packed: &[u8]) -> Result<(), Fault> {
+        draw2d::points_on(&self.executor(), &mut self.framebuffer.memory, packed, Blend::Replace)?;
+        let (w, h) = (self.framebuffer.width(), self.framebuffer.height());
+        let records = packed.as_chunks::<8>().0;
+        let is_inside = |r: &&[u8; 8]| {
+            let at = |i: usize| u32::from(u16::from_le_bytes([r[i], r[i + 1]]));
+            at(0) < w && at(2) < h
+        };
+        let stored = records.iter().filter(is_inside).count();
+        s.stats.pixels += stored as u64;
+        s.stats.clipped += (records.len() - stored) as u64;
+        Ok(())
+    }
+
+    pub(super) fn clear(&mut self, s: &mut Session, color: Rgba) {
+        self.rendering.renderer.clear(&mut self.framebuffer.memory, color);
+        self.framebuffer.end_clear(s);
+    }
+
+    /// Refuses a reply that is too long, or reserves memory for it until it is queued.
+    pub(super) fn check_reply(&mut self, bytes: u64) -> Result<(), Fault> {
+        self.quotas.check_reply_length(bytes)?;
+        if bytes > SHORT_REPLY_BYTES {
+            self.with_room(|engine| engine.quotas.reply.try_cover(bytes))?;
+        }
+        Ok(())
     }
 }
 

@@ -109,8 +109,8 @@ impl Engine {
             let (start, end) = (i64::from(start), i64::from(start) + i64::from(length));
             length > 0 && start < i64::from(side) && end > 0
         };
-        meets(viewport.x, viewport.width, self.memory.width())
-            && meets(viewport.y, viewport.height, self.memory.height())
+        meets(viewport.x, viewport.width, self.framebuffer.width())
+            && meets(viewport.y, viewport.height, self.framebuffer.height())
     }
 }
 

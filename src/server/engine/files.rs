@@ -2,14 +2,14 @@
 //! contains.
 //!
 //! In: names that a command or a file gives. Out: contents, within the limits of one file and of
-//! all files together. If the server records, the files are kept for the recording.
+//! all files together. The files are kept for the observers, if any of them wants contents.
 
 use super::Engine;
 use crate::error::{Code, Fault};
 use crate::load::{SandboxDir, SandboxError};
 use crate::memory::{MemoryUse, Reservation};
 use crate::server::Session;
-use crate::server::record::{FileHasher, FileSet, ReadFile, Recorder};
+use crate::server::read_files::{FileHasher, FileSet, ReadFile};
 use crate::server::session::FileAccess;
 use std::sync::Arc;
 
@@ -27,7 +27,7 @@ pub(in crate::server) struct FileReader {
     max_file_bytes: u64,
     max_side_bytes: u64,
     side_bytes: u64,
-    /// Files read so far, and the hasher of the recording, if there is one.
+    /// Files read so far, and the hasher, if they are kept.
     read: Vec<ReadFile>,
     hasher: Option<FileHasher>,
     /// The memory budget's reservation for all of them, as long as the reader exists.
@@ -36,20 +36,19 @@ pub(in crate::server) struct FileReader {
 
 impl Engine {
     /// Creates the reader for the next command of `session` that reads files.
-    pub(super) fn file_reader(&mut self, session: &mut Session) -> FileReader {
-        self.files_read.clear();
+    pub(super) fn file_reader(&self, session: &mut Session) -> FileReader {
         let source = match &mut session.file_access {
-            FileAccess::LoadFolder => FileSource::LoadFolder(self.load_dir.clone()),
+            FileAccess::LoadFolder => FileSource::LoadFolder(self.resources.load_dir.clone()),
             FileAccess::Recording(files) => FileSource::Recording(std::mem::take(files)),
         };
         FileReader {
             source,
-            max_file_bytes: self.limits.payload_bytes,
-            max_side_bytes: self.limits.resource_bytes,
+            max_file_bytes: self.quotas.limits.payload_bytes,
+            max_side_bytes: self.quotas.limits.resource_bytes,
             side_bytes: 0,
             read: Vec::new(),
-            hasher: self.recorder.as_ref().map(Recorder::file_hasher),
-            held: self.budget.empty(MemoryUse::Payloads),
+            hasher: self.wants_contents().then(|| self.resources.file_hasher.clone()),
+            held: self.quotas.budget.empty(MemoryUse::Payloads),
         }
     }
 }
@@ -95,7 +94,7 @@ impl FileReader {
     }
 
     /// Reads a file of at most `limit` bytes, after reserving memory for it: twice its size if it
-    /// is recorded.
+    /// is kept.
     fn read_up_to(&mut self, path: &str, limit: u64) -> Result<Vec<u8>, Fault> {
         let copies = if self.hasher.is_some() { 2 } else { 1 };
         let mut room = self.held.budget().reserve_up_to(MemoryUse::Payloads, limit.saturating_mul(copies));
@@ -132,7 +131,7 @@ impl FileReader {
         Ok(bytes)
     }
 
-    /// Returns the files that were read, for the recording.
+    /// Returns the files that were kept.
     pub fn into_read(self) -> Vec<ReadFile> {
         self.read
     }

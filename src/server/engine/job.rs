@@ -4,7 +4,7 @@ use super::{Engine, FileReader, Progress};
 use crate::cancel::CancelToken;
 use crate::command::Command;
 use crate::error::{Code, Fault};
-use crate::server::record::ReadFile;
+use crate::server::read_files::ReadFile;
 use crate::server::session::Session;
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -23,17 +23,16 @@ pub(crate) struct Job {
 
 /// Result of a job.
 pub(crate) struct JobResult {
-    /// The command as it is recorded; `None` if it was refused.
-    pub(in crate::server) command: Option<Command>,
-    pub(in crate::server) apply: Result<Apply, Fault>,
-    /// The files that it has read, for the recording.
-    pub(in crate::server) files: Vec<ReadFile>,
+    /// The command as observers see it, and the rest of it, unless it was refused.
+    pub(super) made: Result<(Command, Apply), Fault>,
+    /// The files that it has read, if they were kept.
+    pub(super) files: Vec<ReadFile>,
 }
 
 impl JobResult {
     /// Creates the result of a refused command.
     pub fn refused(fault: Fault) -> Self {
-        JobResult { command: None, apply: Err(fault), files: Vec::new() }
+        JobResult { made: Err(fault), files: Vec::new() }
     }
 
     /// Creates the result of `command`, which takes effect by `apply` unless the work was refused.
@@ -41,10 +40,8 @@ impl JobResult {
     where
         A: FnOnce(&mut Engine, &mut Session, &mut Vec<u8>) -> Result<Progress, Fault> + Send + 'static,
     {
-        match apply {
-            Ok(apply) => JobResult { command: Some(command), apply: Ok(Box::new(apply)), files: Vec::new() },
-            Err(fault) => JobResult::refused(fault),
-        }
+        let made = apply.map(|apply| (command, Box::new(apply) as Apply));
+        JobResult { made, files: Vec::new() }
     }
 
     /// Adds the files that the work has read.
@@ -89,6 +86,6 @@ impl fmt::Debug for Job {
 
 impl fmt::Debug for JobResult {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "JobResult({})", if self.apply.is_ok() { "made" } else { "refused" })
+        write!(f, "JobResult({})", if self.made.is_ok() { "made" } else { "refused" })
     }
 }

@@ -196,22 +196,28 @@ impl Engine {
     /// # Errors
     /// Returns the draw if the system has no thread to give.
     pub(super) fn begin_long_draw(&mut self, drawing: Drawing) -> Result<LongDraw, Drawing> {
-        let thread = match self.draw_thread.take().map_or_else(DrawThread::start, Ok) {
-            Ok(thread) => self.draw_thread.insert(thread),
+        let thread = match self.rendering.draw_thread.take().map_or_else(DrawThread::start, Ok) {
+            Ok(thread) => self.rendering.draw_thread.insert(thread),
             Err(_) => return Err(drawing),
         };
-        let options = self.renderer.options().clone();
-        let mut renderer = std::mem::replace(&mut self.renderer, Renderer::new(options));
+        let options = self.rendering.renderer.options().clone();
+        let mut renderer = std::mem::replace(&mut self.rendering.renderer, Renderer::new(options));
         renderer.set_cancel(thread.cancel.clone());
         let ((loans, lent), (sent, events)) = (bounded(1), unbounded());
         let has_depth = drawing.hide() == HiddenSurface::ZBuffer;
         let draw = LongDraw { verb: drawing.verb(), has_depth, loans, events, is_waiting: false };
-        let task = Task { drawing, renderer, depth_format: self.depth_format, loans: lent, events: sent };
+        let task = Task {
+            drawing,
+            renderer,
+            depth_format: self.framebuffer.depth_format,
+            loans: lent,
+            events: sent,
+        };
         match thread.tasks.send(task) {
             Ok(()) => Ok(draw),
             Err(refused) => {
                 // The thread has ended, which only a defect does.
-                self.draw_thread = None;
+                self.rendering.draw_thread = None;
                 let Task { drawing, renderer, .. } = refused.into_inner();
                 self.take_back(renderer);
                 Err(drawing)
@@ -252,46 +258,37 @@ impl Engine {
     /// over.
     fn lend(&mut self, draw: &mut LongDraw, time: Duration) -> Result<Option<Box<Ended>>, Fault> {
         draw.is_waiting = false;
-        let (width, height) = (self.memory.width(), self.memory.height());
+        let (width, height) = (self.framebuffer.width(), self.framebuffer.height());
         let mut frame = Box::new(Frame::vacant());
-        self.swap_frame(&mut frame);
+        frame.swap_with(&mut self.framebuffer.target());
         let lent = draw.loans.send(Loan { frame, until: Instant::now() + time });
         match lent.map_err(|e| e.into_inner().frame).map(|()| draw.events.recv()) {
             Ok(Ok(Event::Returned(mut frame))) => {
-                self.swap_frame(&mut frame);
+                frame.swap_with(&mut self.framebuffer.target());
                 Ok(None)
             }
             Ok(Ok(Event::Ended(mut ended))) => {
-                self.swap_frame(&mut ended.frame);
+                ended.frame.swap_with(&mut self.framebuffer.target());
                 Ok(Some(ended))
             }
             Err(mut frame) => {
-                self.swap_frame(&mut frame);
+                frame.swap_with(&mut self.framebuffer.target());
                 Err(defect())
             }
             // The thread has died with the frame, which not even a defect of a draw does.
             Ok(Ok(Event::Wants) | Err(_)) => {
                 if let Ok(memory) = VideoMemory::new(width, height) {
-                    self.memory = memory;
+                    self.framebuffer.memory = memory;
                 }
                 Err(defect())
             }
         }
     }
 
-    /// Exchanges the engine's frame, depths and ids with `frame`.
-    fn swap_frame(&mut self, frame: &mut Frame) {
-        let depth_format = self.depth_format;
-        let (width, height) = (self.memory.width(), self.memory.height());
-        let ids = self.ids.get_or_insert_with(|| PickBuffer::new(width, height));
-        let (memory, depth) = (&mut self.memory, &mut self.depth);
-        frame.swap_with(&mut Target { memory, depth, depth_format, ids: Some(ids) });
-    }
-
     /// Takes the renderer back from the drawing thread.
     fn take_back(&mut self, mut renderer: Renderer) {
-        renderer.set_cancel(self.renderer.options().cancel.clone());
-        self.renderer = renderer;
+        renderer.set_cancel(self.rendering.renderer.options().cancel.clone());
+        self.rendering.renderer = renderer;
     }
 
     /// Completes a draw whose frame is back. Returns `true`.
@@ -304,7 +301,7 @@ impl Engine {
     /// Ends a draw early. A part of it may be drawn.
     pub(super) fn stop_long_draw(&mut self, draw: &mut LongDraw) {
         // The next draw gets another token.
-        if let Some(thread) = &mut self.draw_thread {
+        if let Some(thread) = &mut self.rendering.draw_thread {
             std::mem::replace(&mut thread.cancel, CancelToken::new()).cancel();
         }
         loop {
@@ -328,7 +325,7 @@ impl Engine {
                 Err(_) => break,
             }
         }
-        self.count_target();
+        self.framebuffer.count_target();
     }
 }
 

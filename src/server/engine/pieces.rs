@@ -23,7 +23,7 @@
 
 use super::drawing::Drawing;
 use super::long_draw::LongDraw;
-use super::{Effect, Engine, Progress};
+use super::{Engine, Request};
 use crate::command::{AreaColors, Command, Figure, RealRect, Rect};
 use crate::draw2d::{self, Blend, DrawError, TextCursor};
 use crate::error::{Code, Fault};
@@ -62,18 +62,26 @@ enum Next {
     Draw(LongDraw),
 }
 
+impl Pieces {
+    /// Returns whether its first piece runs in the slice in which it begins. A draw waits for the
+    /// next one, because its thread prepares it meanwhile.
+    pub fn runs_at_once(&self) -> bool {
+        !matches!(self.next, Next::Draw(_))
+    }
+}
+
 impl Engine {
     /// Returns whether a command may take so long that others should not wait for all of it.
-    pub(in crate::server) fn is_long(&self, s: &Session, command: &Command) -> bool {
+    pub(super) fn is_long(&self, s: &Session, command: &Command) -> bool {
         use Command as C;
-        let frame = u64::from(self.memory.width()) * u64::from(self.memory.height());
+        let frame = self.framebuffer.area();
         // Estimated nanoseconds per pixel.
         let composed = if s.blend == Blend::Over { 2 } else { 1 };
         let cost = match command {
             C::Clear { .. } | C::Crc { rect: None } => frame / 4,
-            C::Crc { rect: Some(rect) } => self.visible(*rect) / 4,
-            C::Read { rect } => self.visible(*rect),
-            C::Copy { source, .. } => self.visible(*source),
+            C::Crc { rect: Some(rect) } => self.framebuffer.visible(*rect) / 4,
+            C::Read { rect } => self.framebuffer.visible(*rect),
+            C::Copy { source, .. } => self.framebuffer.visible(*source),
             C::Figure(Figure::FillRect { rect: RealRect { x, y, w, h }, .. }) => {
                 self.visible_box([*x, *y], [x + w, y + h]).0 * composed / 2
             }
@@ -91,7 +99,7 @@ impl Engine {
             }
             C::Figure(Figure::FillPoly { points, .. }) => {
                 let (pixels, _) = self.visible_of(points);
-                pixels * composed + u64::from(self.memory.height()) * points.len() as u64 * 32
+                pixels * composed + u64::from(self.framebuffer.height()) * points.len() as u64 * 32
             }
             C::Points { packed } => packed.len() as u64,
             C::Figure(Figure::Text { utf8, .. }) => utf8.len() as u64 * 8,
@@ -111,16 +119,14 @@ impl Engine {
     }
 
     fn visible_box(&self, low: [f64; 2], high: [f64; 2]) -> (u64, bool) {
-        let size = [self.memory.width(), self.memory.height()].map(f64::from);
+        let size = [self.framebuffer.width(), self.framebuffer.height()].map(f64::from);
         let side = |i: usize| (high[i].min(size[i]) - low[i].max(0.0)).max(0.0).ceil() as u64;
         let is_near = low.iter().chain(&high).all(|v| v.abs() < f64::from(1 << 20));
         (side(0) * side(1), is_near)
     }
 
-    /// Counts a long command and prepares its first piece.
-    pub(in crate::server) fn begin_in_pieces(&mut self, s: &mut Session, command: Command) -> Pieces {
-        s.stats.commands += 1;
-        s.has_used_other_verbs = true;
+    /// Prepares the first piece of a long command, which has been counted.
+    pub(super) fn begin_in_pieces(&mut self, s: &mut Session, command: Command) -> Pieces {
         let next = match &command {
             Command::Points { .. } => Next::Record(0),
             Command::Figure(Figure::Text { x, y, .. }) => Next::Letter(TextCursor::new([*x, *y])),
@@ -133,7 +139,7 @@ impl Engine {
             _ => 0,
         };
         let taken_over = s.payload_held.take();
-        let mut held = taken_over.unwrap_or_else(|| self.budget.empty(MemoryUse::Payloads));
+        let mut held = taken_over.unwrap_or_else(|| self.quotas.budget.empty(MemoryUse::Payloads));
         held.set(payload as u64);
         Pieces { command, next, reply: Vec::new(), begun: Instant::now(), _held: held }
     }
@@ -154,59 +160,47 @@ impl Engine {
     }
 
     fn pieces_of(&self, command: Command, next: Next) -> Pieces {
-        let held = self.budget.empty(MemoryUse::Payloads);
+        let held = self.quotas.budget.empty(MemoryUse::Payloads);
         Pieces { command, next, reply: Vec::new(), begun: Instant::now(), _held: held }
     }
 
-    /// Runs at least one piece, and more until the budget's time is used up. Returns the rest of
-    /// the command if it is not complete.
+    /// Runs at least one piece, and more until the budget's time is used up. Returns whether the
+    /// last one has run.
     ///
     /// # Errors
     /// The reason for which the command was refused or ended early.
-    pub(in crate::server) fn run_pieces(
+    pub(super) fn advance(
         &mut self,
         s: &mut Session,
-        mut pieces: Pieces,
-        replies: &mut Vec<u8>,
+        pieces: &mut Pieces,
         budget: Budget,
-    ) -> Result<Progress, Fault> {
+    ) -> Result<bool, Fault> {
         loop {
-            let is_done = match self.run_piece(s, &mut pieces, budget.until) {
-                Ok(is_done) => is_done,
-                Err(fault) => {
-                    s.stats.errors += 1;
-                    return Err(fault);
-                }
-            };
-            if is_done {
-                return self.end_pieces(s, pieces, replies);
+            if self.run_piece(s, pieces, budget.until)? {
+                return Ok(true);
             }
             let now = Instant::now();
             if let Some(limit) = budget.command_time.filter(|&limit| now >= pieces.begun + limit) {
-                s.stats.errors += 1;
-                return Err(self.give_up_pieces(&mut pieces, limit));
+                return Err(self.give_up_pieces(pieces, limit));
             }
             if budget.until.is_some_and(|until| now >= until) {
-                return Ok(Progress::Pieces(Box::new(pieces)));
+                return Ok(false);
             }
         }
     }
 
-    /// Completes a command after its last piece: records it, and appends its reply.
-    fn end_pieces(
+    /// Completes a command after its last piece: appends its reply. Returns the command.
+    pub(super) fn end_pieces(
         &mut self,
         s: &mut Session,
         mut pieces: Pieces,
         replies: &mut Vec<u8>,
-    ) -> Result<Progress, Fault> {
-        if let Some(recorder) = &mut self.recorder {
-            recorder.command(s.id, &pieces.command);
-        }
+    ) -> Request<'static> {
         match (&pieces.command, &pieces.next) {
-            (Command::Clear { .. }, _) => self.end_clear(s),
+            (Command::Clear { .. }, _) => self.framebuffer.end_clear(s),
             (Command::DrawEye { rect, .. }, _) => self.note_eye(s, *rect),
             (Command::Copy { source, dx, dy }, _) => {
-                s.stats.pixels += self.visible(Rect { x: *dx, y: *dy, ..*source });
+                s.stats.pixels += self.framebuffer.visible(Rect { x: *dx, y: *dy, ..*source });
             }
             (Command::Crc { .. }, Next::CrcRow(_, crc)) => {
                 pieces.reply = format!("CRC {:08x}\n", crc.clone().finalize()).into_bytes();
@@ -217,7 +211,7 @@ impl Engine {
             true => std::mem::swap(replies, &mut pieces.reply),
             false => replies.append(&mut pieces.reply),
         }
-        Ok(Progress::Done(Effect::Done))
+        Request::Command(pieces.command)
     }
 
     /// Runs one piece, or waits until `until` for a draw that needs no memory. Returns whether it was
@@ -229,7 +223,7 @@ impl Engine {
         until: Option<Instant>,
     ) -> Result<bool, Fault> {
         let Pieces { command, next, reply, .. } = pieces;
-        let height = self.memory.height();
+        let height = self.framebuffer.height();
         match next {
             Next::Draw(draw) => self.run_long_draw(s, draw, until),
             Next::Row(row) => {
@@ -240,9 +234,9 @@ impl Engine {
             }
             Next::CrcRow(row, crc) => {
                 let Command::Crc { rect } = command else { return Ok(true) };
-                let whole = Rect { x: 0, y: 0, w: self.memory.width() as i32, h: height as i32 };
+                let whole = Rect { x: 0, y: 0, w: self.framebuffer.width() as i32, h: height as i32 };
                 let rect = rect.unwrap_or(whole);
-                let rows = draw2d::rows(&self.memory, rect)?;
+                let rows = draw2d::rows(&self.framebuffer.memory, rect)?;
                 let band = (16 * self.band_rows()) as usize;
                 rows.skip(*row as usize).take(band).for_each(|row| crc.update(row));
                 *row += band as u32;
@@ -265,13 +259,20 @@ impl Engine {
                     let not_utf8 = |e: std::str::Utf8Error| DrawError::NotUtf8 { at: e.valid_up_to() as u64 };
                     std::str::from_utf8(utf8).map_err(not_utf8)?;
                 }
-                Ok(draw2d::text_piece(&mut self.memory, cursor, utf8, *color, s.blend, PIECE_LETTERS)?)
+                Ok(draw2d::text_piece(
+                    &mut self.framebuffer.memory,
+                    cursor,
+                    utf8,
+                    *color,
+                    s.blend,
+                    PIECE_LETTERS,
+                )?)
             }
         }
     }
 
     fn band_rows(&self) -> u32 {
-        (BAND_PIXELS / self.memory.width()).max(1)
+        (BAND_PIXELS / self.framebuffer.width()).max(1)
     }
 
     /// Runs the part of a command that lies in `rows`. For COPY and READ these are rows of the
@@ -285,15 +286,15 @@ impl Engine {
     ) -> Result<(), Fault> {
         match command {
             Command::Clear { color } => {
-                self.memory.clear_rows(rows, *color);
+                self.framebuffer.memory.clear_rows(rows, *color);
                 Ok(())
             }
             Command::Read { rect } => self.read_band(*rect, rows, reply),
             Command::Copy { source, dx, dy } => self.copy_band(*source, [*dx, *dy], rows),
             Command::DrawEye { name, rect } => self.put_eye_band(s, name, *rect, rows),
             Command::Figure(figure) => {
-                self.memory.set_window(rows);
-                let drawn = self.figure(s, figure);
+                self.framebuffer.memory.set_window(rows);
+                let drawn = self.framebuffer.figure(s, figure);
                 self.end_band();
                 drawn
             }
@@ -304,7 +305,7 @@ impl Engine {
 
     /// Ends the restriction of figures to a band of rows.
     pub(in crate::server) fn end_band(&mut self) {
-        self.memory.set_window(0..self.memory.height());
+        self.framebuffer.memory.set_window(0..self.framebuffer.height());
     }
 
     fn read_band(&mut self, rect: Rect, rows: Range<u32>, reply: &mut Vec<u8>) -> Result<(), Fault> {
@@ -313,7 +314,7 @@ impl Engine {
             reply.reserve_exact(bytes as usize);
         }
         let count = rows.len();
-        draw2d::rows(&self.memory, rect)?
+        draw2d::rows(&self.framebuffer.memory, rect)?
             .skip(rows.start as usize)
             .take(count)
             .for_each(|row| reply.extend_from_slice(row));
@@ -325,7 +326,7 @@ impl Engine {
     fn copy_band(&mut self, source: Rect, [dx, dy]: [i32; 2], rows: Range<u32>) -> Result<(), Fault> {
         if rows.start == 0 {
             // Checked before the first band, so that nothing is copied if the command is refused.
-            drop(draw2d::rows(&self.memory, source)?);
+            drop(draw2d::rows(&self.framebuffer.memory, source)?);
         }
         let h = source.h;
         let (from, to) = ((rows.start as i32).min(h), (rows.end as i32).min(h));
@@ -333,13 +334,13 @@ impl Engine {
         let Some(to_y) = dy.checked_add(top) else { return Ok(()) };
         let band = Rect { y: source.y + top, h: to - from, ..source };
         // Like the command in one piece, it stores the pixels whatever BLEND is.
-        Ok(draw2d::copy(&mut self.memory, band, [dx, to_y], Blend::Replace)?)
+        Ok(draw2d::copy(&mut self.framebuffer.memory, band, [dx, to_y], Blend::Replace)?)
     }
 
     /// Ends a command early, and records the pixels that it has drawn. The fault says how far it
     /// got.
     fn give_up_pieces(&mut self, pieces: &mut Pieces, limit: Duration) -> Fault {
-        let height = self.memory.height();
+        let height = self.framebuffer.height();
         let (rows, how_far) = match &mut pieces.next {
             Next::Draw(draw) => {
                 self.stop_long_draw(draw);
@@ -362,22 +363,20 @@ impl Engine {
             Next::Letter(cursor) => (0..height, format!("after {} bytes", cursor.bytes())),
             Next::CrcRow(..) => (0..0, "without effect".to_owned()),
         };
-        self.record_rows(rows);
+        self.send_rows(rows);
         let message = format!("given up after {} s, {how_far}", limit.as_secs_f64());
         Fault::new(Code::Quota, message)
     }
 }
 
 impl Engine {
-    /// Clears the depths, which a draw that was given up has written in part, in the recording too.
+    /// Clears the depths, which a draw that was given up has written in part, for the observers too.
     fn discard_depths(&mut self) {
-        let format = self.depth_format;
+        let format = self.framebuffer.depth_format;
         let other = if format == DepthFormat::F32 { DepthFormat::U32 } else { DepthFormat::F32 };
         for format in [other, format] {
-            self.set_depth_format(format);
-            if let Some(recorder) = &mut self.recorder {
-                recorder.command(0, &Command::Depth(format));
-            }
+            self.framebuffer.set_depth_format(format);
+            self.send_own(Command::Depth(format));
         }
     }
 
@@ -393,17 +392,18 @@ impl Engine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::server::Audience;
+    use crate::server::engine::Progress;
+    use crate::server::{Audience, Limits};
 
     const SIZE: (u32, u32) = (700, 330);
 
     /// Creates an engine whose frame has a different value at each place.
     fn engine() -> Engine {
         let mut engine = Engine::new(SIZE.0, SIZE.1).unwrap();
-        for (i, byte) in engine.memory.bytes_mut().iter_mut().enumerate() {
+        for (i, byte) in engine.framebuffer.memory.bytes_mut().iter_mut().enumerate() {
             *byte = (i * 37 + i / 251) as u8;
         }
-        engine.memory.take_damage();
+        engine.framebuffer.memory.take_damage();
         engine
     }
 
@@ -470,12 +470,14 @@ mod tests {
                     "{} is one piece",
                     command.verb()
                 );
-                assert!(whole.0.memory.bytes() == cut.0.memory.bytes(), "{} {blend:?}", command.verb());
+                assert!(whole.0.memory().bytes() == cut.0.memory().bytes(), "{} {blend:?}", command.verb());
                 assert!(want == got, "{} {blend:?}: the replies differ", command.verb());
+                // The door counts commands before it prepares their pieces.
+                cut.1.stats.commands += 1;
                 assert_eq!(whole.1.stats, cut.1.stats, "{}", command.verb());
-                let damage = whole.0.memory.take_damage();
-                assert_eq!(damage, cut.0.memory.take_damage(), "{}", command.verb());
-                assert_eq!(cut.0.memory.window(), 0..SIZE.1);
+                let damage = whole.0.framebuffer.memory.take_damage();
+                assert_eq!(damage, cut.0.framebuffer.memory.take_damage(), "{}", command.verb());
+                assert_eq!(cut.0.memory().window(), 0..SIZE.1);
             }
         }
     }
@@ -494,13 +496,26 @@ mod tests {
             Command::Figure(Figure::Text { x: 0, y: 0, color: [1; 4], utf8 }),
         ] {
             let (mut engine, mut session, mut out) = (engine(), Session::new(1, Audience::Owner), Vec::new());
-            let before = engine.memory.bytes().to_vec();
+            let before = engine.framebuffer.memory.bytes().to_vec();
             let want = engine.run(&mut session, command.clone(), &mut out).unwrap_err();
             let pieces = engine.begin_in_pieces(&mut session, command.clone());
             let got = engine.run_pieces(&mut session, pieces, &mut out, Budget::NONE).unwrap_err();
             assert_eq!((got, out.len()), (want, 0), "{}", command.verb());
-            assert!(engine.memory.bytes() == before, "{} has drawn", command.verb());
+            assert!(engine.framebuffer.memory.bytes() == before, "{} has drawn", command.verb());
             assert_eq!(session.stats.errors, 2);
         }
+    }
+
+    #[test]
+    fn the_limit_of_replies_is_the_same_in_pieces() {
+        let rect = Rect { x: 0, y: 0, w: 600, h: 300 };
+        // Room for the pixels, and not for the line before them.
+        let limits = Limits { reply_bytes: 600 * 300 * 4 + 5, ..Limits::default() };
+        let mut engine = Engine::with_limits(SIZE.0, SIZE.1, limits).unwrap();
+        let (mut session, mut out) = (Session::new(1, Audience::Owner), Vec::new());
+        let want = engine.run(&mut session, Command::Read { rect }, &mut out).unwrap_err();
+        let pieces = engine.begin_in_pieces(&mut session, Command::Read { rect });
+        let got = engine.run_pieces(&mut session, pieces, &mut out, Budget::NONE).unwrap_err();
+        assert_eq!((got, out.len()), (want, 0));
     }
 }

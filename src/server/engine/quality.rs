@@ -82,7 +82,7 @@ impl QualityRequest {
             objects: vec![object],
             ..Scene::default()
         };
-        let (width, height) = (engine.memory.width(), engine.memory.height());
+        let (width, height) = (engine.framebuffer.width(), engine.framebuffer.height());
         let options = SceneOptions {
             viewport: call.viewport,
             shade: call.shade,
@@ -101,7 +101,8 @@ impl QualityRequest {
         kind: BudgetKind,
         max_error: f64,
     ) -> QualityRequest {
-        let (size, depth_format) = ([engine.memory.width(), engine.memory.height()], engine.depth_format);
+        let (size, depth_format) =
+            ([engine.framebuffer.width(), engine.framebuffer.height()], engine.framebuffer.depth_format);
         QualityRequest { scene, options, kind, depth_format, size, max_error }
     }
 
@@ -134,13 +135,13 @@ impl QualityRequest {
 impl Engine {
     /// Caches the result of a search, and returns its request.
     pub(super) fn note_found(&mut self, found: Found) -> QualityRequest {
-        self.budgets.insert(&found.request.budget(), found.choice);
+        self.rendering.choices.insert(&found.request.budget(), found.choice);
         found.request
     }
 
     /// Returns the cached choice for a request, if there is one.
     pub(super) fn cached_choice(&mut self, request: &QualityRequest) -> Option<Choice> {
-        self.budgets.get(&request.budget())
+        self.rendering.choices.get(&request.budget())
     }
 
     /// Creates the job that searches; `then` continues the command on the render thread.
@@ -153,13 +154,14 @@ impl Engine {
         request: QualityRequest,
         then: impl FnOnce(&mut Engine, &mut Session, Found) -> Result<Progress, Fault> + Send + 'static,
     ) -> Result<Progress, Fault> {
-        let options = self.renderer.options();
-        let pool = options.pool.clone().filter(|_| self.connections <= 1);
+        let options = self.rendering.renderer.options();
+        let pool = options.pool.clone().filter(|_| self.counters.connections <= 1);
         let options = RenderOptions { pool, ..options.clone() };
         let is_small = request.max_error < 1.0;
         let [width, height] = request.size;
         let bytes = if is_small { 0 } else { quality::search_bytes(&request.scene, width, height) };
-        let (held, memory) = (self.budget.try_reserve(MemoryUse::Draws, bytes)?, self.budget.clone());
+        let (held, memory) =
+            (self.quotas.budget.try_reserve(MemoryUse::Draws, bytes)?, self.quotas.budget.clone());
         Ok(Progress::Job(Job::new(is_small, move |cancel| {
             let mut renderer = Renderer::new(RenderOptions { cancel: cancel.clone(), ..options });
             renderer.set_budget(&memory);
@@ -203,13 +205,13 @@ mod tests {
             let mut sink = Runs(engine, &mut session);
             let _ = decoder.feed(text.as_bytes(), &mut sink);
             let _ = decoder.finish(EndOfInput::Stream, &mut sink);
-            engine.budgets.searches()
+            engine.rendering.choices.searches()
         };
         let scene = "LIGHT 0 DIR 0 0 -1 1 1 1\nMESH m SPHERE 1\nQUALITY max-error 4\nDRAW m\n";
         assert_eq!(searches(&mut engine, scene), 1);
-        let frame = engine.memory.bytes().to_vec();
+        let frame = engine.framebuffer.memory.bytes().to_vec();
         assert_eq!(searches(&mut engine, "CLEAR 000000\nDRAW m\n"), 1);
-        assert_eq!(engine.memory.bytes(), frame);
+        assert_eq!(engine.framebuffer.memory.bytes(), frame);
         assert_eq!(searches(&mut engine, "TRANSLATE 0.5 0 0\nDRAW m\n"), 2);
         assert_eq!(searches(&mut engine, "IDENTITY\nDRAW m\n"), 2);
         assert_eq!(searches(&mut engine, "QUALITY max-error 9\nDRAW m\n"), 3);

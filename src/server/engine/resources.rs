@@ -6,7 +6,7 @@ use super::draw3d::missing;
 use super::empty_draw::{self, EmptyDraw};
 use super::files::FileReader;
 use super::job::{Job, JobResult};
-use super::{Effect, Engine, Progress};
+use super::{Effect, Engine, Progress, Resources};
 use crate::cancel::CancelToken;
 use crate::command::{Command, FileKind, MeshSource, Rect};
 use crate::error::{Code, Fault};
@@ -38,12 +38,22 @@ impl From<EyeError> for Fault {
     }
 }
 
+impl Resources {
+    /// Returns the table of a name: the shared one, or the connection's own.
+    fn table<'a>(&'a self, s: &'a Session, name: &str) -> &'a ResourceTable {
+        if ResourceTable::is_shared(name) { &self.shared } else { &s.names }
+    }
+
+    fn table_mut<'a>(&'a mut self, s: &'a mut Session, name: &str) -> &'a mut ResourceTable {
+        if ResourceTable::is_shared(name) { &mut self.shared } else { &mut s.names }
+    }
+}
+
 impl Engine {
     /// Returns the resource of a name: the connection's own, or a shared one if the name begins
     /// with `@`.
     fn resource(&self, s: &Session, kind: ResourceKind, name: &str) -> Option<Resource> {
-        let names = if ResourceTable::is_shared(name) { &self.shared } else { &s.names };
-        names.get(kind, name).cloned()
+        self.resources.table(s, name).get(kind, name).cloned()
     }
 
     pub(super) fn mesh(&self, s: &Session, name: &str) -> Result<Arc<Geometry>, Fault> {
@@ -67,8 +77,7 @@ impl Engine {
         resource: Resource,
         held: Reservation,
     ) -> Result<(), Fault> {
-        let names = if ResourceTable::is_shared(name) { &mut self.shared } else { &mut s.names };
-        names.insert(name, resource, held, &self.limits)
+        self.resources.table_mut(s, name).insert(name, resource, held, &self.quotas.limits)
     }
 
     /// Reserves the memory of a job that makes a resource called `name` from `input` bytes: these
@@ -81,15 +90,13 @@ impl Engine {
         name: &str,
         input: usize,
     ) -> Result<JobMemory, Fault> {
-        if self.budget.is_tight() {
-            // Frees buffers that only serve speed, and tables of meshes that are gone.
-            self.renderer.release();
-            self.payload_pool.clear();
+        if self.quotas.budget.is_tight() {
+            self.free_caches();
         }
-        let names = if ResourceTable::is_shared(name) { &self.shared } else { &s.names };
-        let result = LoadMemory::new(&self.budget, names.room(kind, name, &self.limits));
+        let room = self.resources.table(s, name).room(kind, name, &self.quotas.limits);
+        let result = LoadMemory::new(&self.quotas.budget, room);
         let taken_over = s.payload_held.take();
-        let mut held = taken_over.unwrap_or_else(|| self.budget.empty(MemoryUse::Payloads));
+        let mut held = taken_over.unwrap_or_else(|| self.quotas.budget.empty(MemoryUse::Payloads));
         held.try_cover(input as u64)?;
         Ok(JobMemory { result, _input: held })
     }
@@ -158,7 +165,7 @@ impl Engine {
         name: String,
         json: Vec<u8>,
     ) -> Result<Progress, Fault> {
-        let most = self.limits.resource_bytes;
+        let most = self.quotas.limits.resource_bytes;
         let memory = self.job_memory(s, ResourceKind::Eye, &name, json.len())?;
         Ok(Progress::Job(Job::new(json.len() <= SMALL_TEXT_BYTES, move |cancel| {
             let memory = memory.until(cancel);
@@ -214,7 +221,7 @@ impl Engine {
     fn begin_scene(&mut self, s: &mut Session, new: NewScene) -> Result<(), Fault> {
         self.note_warnings(s, new.document.warnings());
         let resource = Resource::Scene(Arc::new(new.document), new.size);
-        s.names.insert(SCENE_NAME, resource, new.memory.result.into_kept(), &self.limits)?;
+        s.names.insert(SCENE_NAME, resource, new.memory.result.into_kept(), &self.quotas.limits)?;
         s.camera = new.at_start.camera.unwrap_or_default();
         s.ambient = new.at_start.ambient;
         s.lights = new.at_start.lights.into_iter().map(Some).collect();
@@ -242,16 +249,18 @@ impl Engine {
             return Err(missing(ResourceKind::Eye, &name));
         };
         if eye.has_picture() {
-            if self.may_suspend && self.visible(rect) > LARGE_EYE_PIXELS {
+            if self.may_suspend && self.framebuffer.visible(rect) > LARGE_EYE_PIXELS {
                 return Ok(Progress::Pieces(Box::new(self.begin_eye_in_pieces(name, rect))));
             }
-            self.put_eye_rows(&eye, rect, 0..self.memory.height());
+            self.put_eye_rows(&eye, rect, 0..self.framebuffer.height());
             self.note_eye(s, rect);
             return Ok(Progress::Done(Effect::Done));
         }
         // Its pixels twice: while they are rendered, and in the resource, which counts them itself.
-        let held =
-            self.budget.try_reserve(MemoryUse::Draws, eye.working_bytes() + eye.size_bytes() as u64)?;
+        let held = self
+            .quotas
+            .budget
+            .try_reserve(MemoryUse::Draws, eye.working_bytes() + eye.size_bytes() as u64)?;
         Ok(Progress::Job(Job::new(eye.working_bytes() <= SMALL_EYE_BYTES, move |_| {
             eye.picture();
             drop(held);
@@ -283,12 +292,12 @@ impl Engine {
 
     fn put_eye_rows(&mut self, eye: &Eye, rect: Rect, band: Range<u32>) {
         let ([columns, rows], pixels) = eye.picture();
-        let width = i64::from(self.memory.width());
+        let width = i64::from(self.framebuffer.width());
         let (x, y, w, h) = (i64::from(rect.x), i64::from(rect.y), i64::from(rect.w), i64::from(rect.h));
         let (top, bottom) = (i64::from(band.start), i64::from(band.end));
         let ys = y.clamp(top, bottom)..(y + h).clamp(top, bottom);
         let xs = x.clamp(0, width)..(x + w).clamp(0, width);
-        let frame = self.memory.bytes_mut().as_chunks_mut::<4>().0;
+        let frame = self.framebuffer.memory.bytes_mut().as_chunks_mut::<4>().0;
         for j in ys.clone() {
             // The source pixel that contains the centre of this pixel.
             let row = ((2 * (j - y) + 1) * rows as i64 / (2 * h)) as usize * columns;
@@ -298,21 +307,20 @@ impl Engine {
             }
         }
         if !xs.is_empty() && !ys.is_empty() {
-            self.memory.mark_rows(ys.start as u32..ys.end as u32);
+            self.framebuffer.memory.mark_rows(ys.start as u32..ys.end as u32);
         }
     }
 
     /// Counts the pixels of `DRAWEYE`.
     pub(super) fn note_eye(&mut self, s: &mut Session, rect: Rect) {
-        match self.visible(rect) {
+        match self.framebuffer.visible(rect) {
             0 => empty_draw::note(s, Some(EmptyDraw::NoViewport)),
             pixels => s.stats.pixels += pixels,
         }
     }
 
     pub(super) fn free(&mut self, s: &mut Session, name: &str) -> Result<(), Fault> {
-        let names = if ResourceTable::is_shared(name) { &mut self.shared } else { &mut s.names };
-        if !names.free(name) {
+        if !self.resources.table_mut(s, name).free(name) {
             return Err(Fault::new(Code::NoEnt, "nothing has this name").got(name));
         }
         if s.texture.as_ref().is_some_and(|(bound, _)| bound == name) {
@@ -509,7 +517,7 @@ mod tests {
             ];
             for progress in jobs {
                 let Progress::Job(job) = progress else { panic!("{progress:?}") };
-                let code = job.run(&token).apply.err().map(|fault| fault.code);
+                let code = job.run(&token).made.err().map(|fault| fault.code);
                 assert_eq!(code, is_cancelled.then_some(Code::Quota), "cancelled: {is_cancelled}");
             }
         }

@@ -25,18 +25,19 @@ impl Engine {
     /// Begins to trace a triangle, numbered from 0 through all draws, or the surface seen at a
     /// pixel.
     pub fn set_trace(&mut self, probe: Probe) {
-        self.tracing = Some(Tracing { probe, triangles: 0, found: None });
+        self.rendering.tracing = Some(Tracing { probe, triangles: 0, found: None });
     }
 
     /// Returns the numbers found, as text; `None` if no draw had the triangle or reached the pixel.
     pub fn trace(&self) -> Option<&str> {
-        self.tracing.as_ref()?.found.as_deref()
+        self.rendering.tracing.as_ref()?.found.as_deref()
     }
 
     /// Traces the probe in a draw that was just made.
     pub(super) fn follow_draw(&mut self, call: &DrawCall, name: &str) {
         let count = call.geometry.mesh.triangles.len() as u64;
-        let (size, format) = ([self.memory.width(), self.memory.height()], self.depth_format);
+        let (size, format) =
+            ([self.framebuffer.width(), self.framebuffer.height()], self.framebuffer.depth_format);
         self.follow(count, call.hide, |probe| {
             let mut trace = trace_draw(call, size, format, probe)?;
             trace.object.1 = name.to_owned();
@@ -47,7 +48,8 @@ impl Engine {
     /// Traces the probe in a scene that was just drawn.
     pub(super) fn follow_scene(&mut self, scene: &Scene, options: &SceneOptions) {
         let count = scene.objects.iter().map(|o| o.geometry.mesh.triangles.len() as u64).sum();
-        let (size, format) = ([self.memory.width(), self.memory.height()], self.depth_format);
+        let (size, format) =
+            ([self.framebuffer.width(), self.framebuffer.height()], self.framebuffer.depth_format);
         self.follow(count, options.hide, |probe| trace_scene(scene, options, size, format, probe));
     }
 
@@ -57,7 +59,7 @@ impl Engine {
         hide: HiddenSurface,
         trace: impl FnOnce(Probe) -> Result<Trace, TraceError>,
     ) {
-        let Some(tracing) = &mut self.tracing else { return };
+        let Some(tracing) = &mut self.rendering.tracing else { return };
         let before = tracing.triangles;
         tracing.triangles += count;
         let within = |n: u64| n.checked_sub(before).filter(|n| *n < count);
@@ -67,7 +69,7 @@ impl Engine {
             pixel @ Probe::Pixel(..) => Some(pixel),
         };
         let Some(Ok(found)) = probe.map(trace) else { return };
-        if let (Probe::Pixel(x, y), Some(pixel), Some(depth)) = (tracing.probe, &found.pixel, &self.depth)
+        if let (Probe::Pixel(x, y), Some(pixel), Some(depth)) = (tracing.probe, &found.pixel, &self.framebuffer.depth)
             && hide == HiddenSurface::ZBuffer
             && let Some(stored) = depth.z(x, y)
             // An earlier draw may be nearer. Transparent faces write no depth, but are seen where

@@ -2,8 +2,9 @@
 //!
 //! Source: Prometheus, "Exposition formats", text format version 0.0.4.
 
-use super::{Reading, RecordingState};
+use super::Reading;
 use crate::command::Verb;
+use crate::server::engine::OutputState;
 use std::fmt::{self, Write};
 
 /// Media type of [`prometheus`].
@@ -47,6 +48,7 @@ enum Samples {
 
 fn families(reading: &Reading) -> Vec<Family> {
     let (m, refused) = (&reading.metrics, &reading.refused);
+    let e = &m.engine;
     let counter = |name, help, n| family(name, MetricKind::Counter, help, Samples::One(Value::Whole(n)));
     let gauge = |name, help, n| family(name, MetricKind::Gauge, help, Samples::One(Value::Whole(n)));
     let seconds = |name, help, s: std::time::Duration| {
@@ -57,15 +59,15 @@ fn families(reading: &Reading) -> Vec<Family> {
         family(name, kind, help, Samples::Labeled(label, samples))
     };
     let memory = vec![
-        ("frame", m.frame_bytes),
-        ("depth", m.depth_bytes),
-        ("ids", m.id_bytes),
-        ("shared_resources", m.shared_resource_bytes),
+        ("frame", e.frame_bytes),
+        ("depth", e.depth_bytes),
+        ("ids", e.id_bytes),
+        ("shared_resources", e.shared_resource_bytes),
         ("private_resources", m.private_resource_bytes),
         ("replies", m.reply_bytes),
-        ("recording_queue", m.record_queue_bytes),
+        ("recording_queue", e.record_queue_bytes),
     ];
-    let recording = RecordingState::ALL.map(|(state, name)| (name, u64::from(m.recording == state)));
+    let recording = OutputState::ALL.map(|(state, name)| (name, u64::from(e.recording == state)));
     let verbs = Verb::all().iter().zip(&m.verbs).map(|(verb, n)| (verb.name, *n)).collect();
     let refused = vec![
         ("server_full", refused.server_full),
@@ -86,19 +88,19 @@ fn families(reading: &Reading) -> Vec<Family> {
             "Age of these values: above 6 while one command keeps the render thread busy.",
             reading.age,
         ),
-        counter("fbptr_received_bytes_total", "Stream bytes decoded.", m.totals.bytes),
-        counter("fbptr_commands_total", "Commands run or refused.", m.totals.commands),
+        counter("fbptr_received_bytes_total", "Stream bytes decoded.", e.totals.bytes),
+        counter("fbptr_commands_total", "Commands run or refused.", e.totals.commands),
         counter(
             "fbptr_pixels_total",
             "Pixels stored by pixel, block and CLEAR commands, and by draws.",
-            m.totals.pixels,
+            e.totals.pixels,
         ),
-        counter("fbptr_clipped_pixels_total", "Pixels that fell outside the frame.", m.totals.clipped),
-        counter("fbptr_errors_total", "Commands refused.", m.totals.errors),
-        counter("fbptr_empty_draws_total", "Draws that showed nothing.", m.totals.empty_draws),
-        counter("fbptr_frames_total", "Frames ended by PRESENT.", m.totals.frames),
+        counter("fbptr_clipped_pixels_total", "Pixels that fell outside the frame.", e.totals.clipped),
+        counter("fbptr_errors_total", "Commands refused.", e.totals.errors),
+        counter("fbptr_empty_draws_total", "Draws that showed nothing.", e.totals.empty_draws),
+        counter("fbptr_frames_total", "Frames ended by PRESENT.", e.totals.frames),
         labeled("fbptr_verb_commands_total", MetricKind::Counter, "Commands by verb.", "verb", verbs),
-        gauge("fbptr_connections", "Open connections.", m.connections as u64),
+        gauge("fbptr_connections", "Open connections.", e.connections as u64),
         labeled(
             "fbptr_connections_refused_total",
             MetricKind::Counter,
@@ -106,14 +108,14 @@ fn families(reading: &Reading) -> Vec<Family> {
             "reason",
             refused,
         ),
-        counter("fbptr_connections_idle_closed_total", "Connections closed for being idle.", m.idle_closes),
-        counter("fbptr_foreign_requests_total", "Connections that spoke HTTP or TLS.", m.foreign_refused),
+        counter("fbptr_connections_idle_closed_total", "Connections closed for being idle.", e.idle_closes),
+        counter("fbptr_foreign_requests_total", "Connections that spoke HTTP or TLS.", e.foreign_refused),
         gauge("fbptr_queue_bytes", "Bytes received and not run yet.", m.queue_bytes),
         labeled("fbptr_memory_bytes", MetricKind::Gauge, "Memory by use.", "use", memory),
-        gauge("fbptr_memory_limit_bytes", "The memory budget.", m.memory_limit_bytes),
-        gauge("fbptr_memory_used_bytes", "Bytes charged to the memory budget.", m.memory_used_bytes),
-        gauge("fbptr_recorded_bytes", "Bytes of the recording in its file.", m.recorded_bytes),
-        gauge("fbptr_snap_files_bytes", "Bytes of the files that SNAP wrote.", m.snap_bytes),
+        gauge("fbptr_memory_limit_bytes", "The memory budget.", e.memory_limit_bytes),
+        gauge("fbptr_memory_used_bytes", "Bytes charged to the memory budget.", e.memory_used_bytes),
+        gauge("fbptr_recorded_bytes", "Bytes of the recording in its file.", e.recorded_bytes),
+        gauge("fbptr_snap_files_bytes", "Bytes of the files that SNAP wrote.", e.snap_bytes),
         labeled(
             "fbptr_recording",
             MetricKind::Gauge,
@@ -179,10 +181,10 @@ mod tests {
     fn both_forms_hold_the_same_values() {
         let board = MetricsBoard::new();
         let fill = |m: &mut Metrics| {
-            m.totals.pixels = u64::MAX;
-            m.frame_bytes = 12;
+            m.engine.totals.pixels = u64::MAX;
+            m.engine.frame_bytes = 12;
             m.verbs[2] = 7;
-            m.recording = RecordingState::Failed;
+            m.engine.recording = OutputState::Failed;
         };
         assert!(board.update(Instant::now(), fill));
         let reading = board.read();

@@ -1,9 +1,10 @@
 //! Metrics of a running server, for monitoring systems.
 //!
-//! In: counters of the render thread, a few times a second. Out: `/metrics` in Prometheus' text
-//! format and `/metrics.json`, from a thread of its own ([`MetricsServer`]). Promise: the render
-//! thread never blocks here; it updates the values if no reader is copying them, and otherwise at
-//! its next slice. An error would show in `fbptr_snapshot_age_seconds`.
+//! In: counters of the render thread, a few times a second; those of commands by verb are kept by an
+//! observer of the engine, [`VerbCounts`]. Out: `/metrics` in Prometheus' text format and
+//! `/metrics.json`, from a thread of its own ([`MetricsServer`]). Promise: the render thread never
+//! blocks here; it updates the values if no reader is copying them, and otherwise at its next slice.
+//! An error would show in `fbptr_snapshot_age_seconds`.
 
 mod format;
 mod http;
@@ -11,9 +12,9 @@ mod http;
 pub use http::MetricsServer;
 
 use super::admission::{Admission, RefusedConnections};
+use super::engine::{Event, FrameView, Observer, Status};
 use super::session::Session;
-use super::stats::Stats;
-use crate::command::{Command, Verb};
+use crate::command::Verb;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -22,61 +23,17 @@ pub(super) const UPDATE_EVERY: Duration = Duration::from_millis(250);
 /// Longest time between two updates while the thread is not busy.
 pub(super) const REFRESH_EVERY: Duration = Duration::from_secs(5);
 
-/// State of the server's recording.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum RecordingState {
-    /// The server does not record.
-    #[default]
-    Off,
-    /// Everything has been recorded so far.
-    On,
-    /// The recording has ended early.
-    Failed,
-}
-
-impl RecordingState {
-    /// All states and their names.
-    pub const ALL: [(RecordingState, &'static str); 3] =
-        [(RecordingState::Off, "off"), (RecordingState::On, "on"), (RecordingState::Failed, "failed")];
-}
-
 /// Values of the metrics at one moment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Metrics {
-    /// Counters of all connections, up to the last slice of each.
-    pub totals: Stats,
-    /// Number of open connections.
-    pub connections: usize,
-    /// Number of connections closed for being idle.
-    pub idle_closes: u64,
-    /// Number of connections refused because they spoke HTTP or TLS.
-    pub foreign_refused: u64,
+    /// State of the engine and of its observers.
+    pub engine: Status,
     /// Bytes received that have not run.
     pub queue_bytes: u64,
     /// Bytes of replies that clients have not read.
     pub reply_bytes: u64,
-    /// Bytes of the frame.
-    pub frame_bytes: u64,
-    /// Bytes of the depth buffer.
-    pub depth_bytes: u64,
-    /// Bytes of the pick buffer.
-    pub id_bytes: u64,
-    /// Limit of the memory budget, in bytes.
-    pub memory_limit_bytes: u64,
-    /// Bytes in use of the memory budget.
-    pub memory_used_bytes: u64,
-    /// Bytes of the shared resources.
-    pub shared_resource_bytes: u64,
     /// Bytes of all connections' own resources.
     pub private_resource_bytes: u64,
-    /// State of the recording.
-    pub recording: RecordingState,
-    /// Bytes of the recording that have been written.
-    pub recorded_bytes: u64,
-    /// Bytes of the recording that have not been written.
-    pub record_queue_bytes: u64,
-    /// Bytes of the files that `SNAP` wrote.
-    pub snap_bytes: u64,
     /// Number of commands by verb, in the order of [`Verb::all`]. Decoded commands that were then
     /// refused count, too.
     pub verbs: Vec<u64>,
@@ -142,42 +99,36 @@ impl MetricsBoard {
     }
 }
 
-/// Counts of commands by verb; they stay empty before [`VerbCounts::enable`].
-#[derive(Debug, Default)]
-pub(super) struct VerbCounts {
+/// Counts an engine's commands by verb, for a board.
+#[derive(Debug)]
+pub struct VerbCounts {
+    board: Arc<MetricsBoard>,
     counts: Vec<u64>,
 }
 
 impl VerbCounts {
-    pub fn enable(&mut self) {
-        self.counts.resize(Verb::all().len(), 0);
+    /// Creates the counts, which are zero.
+    pub fn new(board: Arc<MetricsBoard>) -> Self {
+        VerbCounts { board, counts: vec![0; Verb::all().len()] }
     }
 
-    /// Counts a command.
-    #[inline]
-    pub fn command(&mut self, command: &Command) {
-        if !self.counts.is_empty() {
-            self.add(command.verb(), 1);
-        }
+    /// Returns the board.
+    pub fn board(&self) -> &Arc<MetricsBoard> {
+        &self.board
     }
 
-    /// Counts `count` commands of a verb, for commands that do not exist as a [`Command`].
-    #[inline]
-    pub fn many(&mut self, verb: &'static str, count: usize) {
-        if !self.counts.is_empty() {
-            self.add(verb, count as u64);
-        }
-    }
-
-    #[inline(never)]
-    fn add(&mut self, verb: &'static str, count: u64) {
-        if let Some(slot) = Verb::index_of(verb).and_then(|index| self.counts.get_mut(index)) {
-            *slot += count;
-        }
-    }
-
-    pub fn copy_to(&self, verbs: &mut Vec<u64>) {
+    pub(super) fn copy_to(&self, verbs: &mut Vec<u64>) {
         verbs.clone_from(&self.counts);
+    }
+}
+
+impl Observer for VerbCounts {
+    fn event(&mut self, event: &Event<'_>, _: FrameView<'_>) {
+        if let Event::Received(request) = event
+            && let Some(count) = Verb::index_of(request.verb()).and_then(|i| self.counts.get_mut(i))
+        {
+            *count += request.count() as u64;
+        }
     }
 }
 

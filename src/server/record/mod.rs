@@ -22,11 +22,13 @@
 //! Version 1 has neither `files` nor `#!end`, and its LOAD reads the folder again; it can still be
 //! replayed.
 //!
-//! [`Recorder`] is the render thread's side and [`writer`] the thread that writes; [`file`] opens
-//! and locks the file; [`super::replay::Replay`] runs a recording. Promise: a recording is exact up to its end,
-//! and one that ends early has no `#!end`, which its replay reports.
+//! [`Recorder`] observes the engine on the render thread, [`writer`] is the thread that writes,
+//! [`file`] opens and locks the file; [`super::replay::Replay`] runs a recording. Promise: a
+//! recording is exact up to its end, and one that ends early has no `#!end`, which its replay
+//! reports.
 
 mod file;
+mod observe;
 mod recorder;
 #[cfg(test)]
 mod tests;
@@ -34,46 +36,12 @@ mod writer;
 
 pub use file::RecordFile;
 pub use recorder::Recorder;
-pub(super) use writer::{FailedRecording, RecordStats};
-
-use std::collections::HashMap;
-use std::hash::{BuildHasher, RandomState};
-use std::sync::Arc;
 
 /// First bytes of a recording; the version, a blank and the frame's size follow.
 pub const RECORD_MAGIC: &[u8] = b"#!fbptr-record ";
 
 /// Text before the time in the last line of a complete recording.
 pub(super) const END_MARK: &str = "#!end";
-
-/// File contents by the names that a command uses.
-pub(super) type FileSet = HashMap<String, Arc<[u8]>>;
-
-/// A file that a command read from the load folder.
-#[derive(Debug)]
-pub(super) struct ReadFile {
-    /// Path inside the folder, as the command or the referring file names it.
-    pub path: String,
-    /// Content of the file.
-    pub bytes: Arc<[u8]>,
-    /// Identity of the content in the recording.
-    pub fingerprint: Fingerprint,
-}
-
-/// Length and two keyed hashes of a content. Without the keys nobody can construct two contents
-/// with the same fingerprint.
-pub(super) type Fingerprint = (usize, [u64; 2]);
-
-/// Keys of a recording's fingerprints. Hashing a long file takes long, so it is done on the thread
-/// that reads the file.
-#[derive(Clone, Debug, Default)]
-pub(super) struct FileHasher([RandomState; 2]);
-
-impl FileHasher {
-    pub fn fingerprint(&self, bytes: &[u8]) -> Fingerprint {
-        (bytes.len(), self.0.each_ref().map(|keys| keys.hash_one(bytes)))
-    }
-}
 
 /// Returns the frame's size from the first line of a recording, as `WIDTHxHEIGHT`; `None` for other
 /// text.

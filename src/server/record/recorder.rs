@@ -1,16 +1,19 @@
 //! The render thread's side of a recording.
 //!
-//! In: executed commands, with connection and time. Out: blocks of chunks to the writer's thread. A
-//! block contains finished chunks and the open one in place: a chunk's length is written into its
-//! header when it ends. A block is submitted when it is large, and every [`FLUSH_EVERY`].
+//! In: executed commands, with connection and time, from [`super::observe`]. Out: blocks of chunks
+//! to the writer's thread. A block contains finished chunks and the open one in place: a chunk's
+//! length is written into its header when it ends. A block is submitted when it is large, and every
+//! [`FLUSH_EVERY`].
 
-use super::writer::{FailedRecording, OnFailure, Patience, RecordStats, Writer};
-use super::{END_MARK, FileHasher, Fingerprint, RECORD_MAGIC, ReadFile, RecordFile};
+use super::writer::{OnFailure, Patience, RecordStats, Writer};
+use super::{END_MARK, RECORD_MAGIC, RecordFile};
 use crate::command::{BINARY_PIXEL_BYTES, Command, Rect, SnapTarget, encode};
-use crate::memory::{Rgba, VideoMemory};
+use crate::memory::{Reservation, VideoMemory};
+use crate::server::read_files::{Fingerprint, ReadFile};
 use std::collections::HashMap;
 use std::fmt;
 use std::io::{self, Write};
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 /// Length at which a chunk ends, and a block is submitted, in bytes.
@@ -18,7 +21,7 @@ const CHUNK_BYTES: usize = 1 << 16;
 /// Age at which recorded bytes are submitted to the writer.
 const FLUSH_EVERY: Duration = Duration::from_millis(200);
 /// Most pixels of one `PXMULTI` in a recording.
-const RUN_PIXELS: usize = 1 << 20;
+const RUN_PIXELS: u32 = 1 << 20;
 /// Number of digits of a chunk's length.
 const LENGTH_DIGITS: usize = 12;
 /// Coordinates that are outside every frame.
@@ -41,12 +44,17 @@ pub struct Recorder {
     now: Duration,
     block: Vec<u8>,
     chunk: Option<Chunk>,
+    /// Position in the block of the command that was recorded last.
+    last_at: usize,
     /// Set if the last command has no text form and is not in the recording.
     has_gap: bool,
     flushed_at: Instant,
     /// Ids of the file contents in the recording.
     file_ids: HashMap<Fingerprint, u64>,
-    file_hasher: FileHasher,
+    /// Cleared when the recording is complete, or is known to have ended early.
+    pub(super) is_open: bool,
+    /// The memory budget's reservation for recorded bytes that are not in their file.
+    pub(super) held: Option<Reservation>,
 }
 
 impl fmt::Debug for Recorder {
@@ -101,20 +109,21 @@ impl Recorder {
             now: Duration::ZERO,
             block,
             chunk: None,
+            last_at: 0,
             has_gap: false,
             flushed_at: begun,
             file_ids: HashMap::new(),
-            file_hasher: FileHasher::default(),
+            is_open: true,
+            held: None,
         })
     }
 
     /// Sets the time of the following commands.
-    pub(in crate::server) fn set_time(&mut self, now: Instant) {
+    pub(super) fn set_time(&mut self, now: Instant) {
         self.now = now.saturating_duration_since(self.begun);
     }
 
-    /// Begins a command of `connection`. Returns its position in the block, for
-    /// [`Recorder::roll_back`].
+    /// Begins a command of `connection`. Returns its position in the block.
     fn begin(&mut self, connection: u64) -> usize {
         self.end_at_gap();
         let fits = |c: &Chunk| c.connection == connection && c.time == self.now;
@@ -124,7 +133,8 @@ impl Recorder {
             self.end_chunk();
             self.begin_chunk(connection, "");
         }
-        self.block.len()
+        self.last_at = self.block.len();
+        self.last_at
     }
 
     fn begin_chunk(&mut self, connection: u64, kind: &str) {
@@ -162,10 +172,9 @@ impl Recorder {
         }
     }
 
-    /// Appends a command. Returns its position in the block, for [`Recorder::roll_back`] and
-    /// [`Recorder::attach_files`].
-    pub(in crate::server) fn command(&mut self, connection: u64, command: &Command) -> usize {
-        let before = self.begin(connection);
+    /// Appends a command.
+    pub(super) fn command(&mut self, connection: u64, command: &Command) {
+        self.begin(connection);
         match command {
             Command::Snap(SnapTarget::File(name)) => {
                 append(&mut self.block, format_args!("# SNAP {name}\n"));
@@ -174,12 +183,11 @@ impl Recorder {
             // embeds the server: a POLY with very many points.
             _ => self.has_gap = encode(command, &mut self.block).is_err(),
         }
-        before
     }
 
     /// Removes the last command, which was refused.
-    pub(in crate::server) fn roll_back(&mut self, before: usize) {
-        self.block.truncate(before);
+    pub(super) fn roll_back(&mut self) {
+        self.block.truncate(self.last_at);
         self.has_gap = false;
     }
 
@@ -191,8 +199,8 @@ impl Recorder {
     }
 
     /// Inserts the files that the last command read before it.
-    pub(in crate::server) fn attach_files(&mut self, connection: u64, before: usize, files: &[ReadFile]) {
-        let command = self.block.split_off(before);
+    pub(super) fn attach_files(&mut self, connection: u64, files: &[ReadFile]) {
+        let command = self.block.split_off(self.last_at);
         self.end_chunk();
         self.begin_chunk(connection, "files ");
         for file in files {
@@ -214,14 +222,9 @@ impl Recorder {
         self.block.extend_from_slice(&command);
     }
 
-    /// Appends a text pixel, which a replay moves by OFFSET.
-    pub(in crate::server) fn pixel(&mut self, connection: u64, x: i32, y: i32, color: Rgba) {
-        self.command(connection, &Command::Pixel { x, y, color });
-    }
-
     /// Appends text pixels as binary ones with the same effect. A record is u16 coordinates, not
     /// yet moved by OFFSET, and RGBA.
-    pub(in crate::server) fn pixels(&mut self, connection: u64, records: &[[u8; 8]], offset: [i32; 2]) {
+    pub(super) fn pixels(&mut self, connection: u64, records: &[[u8; 8]], offset: [i32; 2]) {
         for part in records.chunks(CHUNK_BYTES / BINARY_PIXEL_BYTES) {
             let start = self.begin(connection);
             self.block.resize(start + part.len() * BINARY_PIXEL_BYTES, 0);
@@ -236,7 +239,7 @@ impl Recorder {
     }
 
     /// Appends complete `PB` records.
-    pub(in crate::server) fn binary_pixels(&mut self, connection: u64, records: &[u8]) {
+    pub(super) fn binary_pixels(&mut self, connection: u64, records: &[u8]) {
         for part in records.chunks(CHUNK_BYTES / BINARY_PIXEL_BYTES * BINARY_PIXEL_BYTES) {
             self.begin(connection);
             self.block.extend_from_slice(part);
@@ -244,7 +247,7 @@ impl Recorder {
     }
 
     /// Appends a `PXMULTI` of complete pixels.
-    pub(in crate::server) fn pixel_run(&mut self, connection: u64, x: u16, y: u16, rgba: &[u8]) {
+    pub(super) fn pixel_run(&mut self, connection: u64, x: u16, y: u16, rgba: &[u8]) {
         self.begin(connection);
         // No frame has as many pixels as a run can have: the rest of a longer one is clipped
         // anyway.
@@ -258,7 +261,7 @@ impl Recorder {
     }
 
     /// Appends a `BLIT`.
-    pub(in crate::server) fn blit(&mut self, connection: u64, rect: Rect, rgba: &[u8]) {
+    pub(super) fn blit(&mut self, connection: u64, rect: Rect, rgba: &[u8]) {
         self.begin(connection);
         let Rect { x, y, w, h } = rect;
         append(&mut self.block, format_args!("BLIT {x} {y} {w} {h} :{}\n", rgba.len()));
@@ -266,73 +269,72 @@ impl Recorder {
     }
 
     /// Appends a `POINTS`.
-    pub(in crate::server) fn points(&mut self, connection: u64, packed: &[u8]) {
+    pub(super) fn points(&mut self, connection: u64, packed: &[u8]) {
         self.begin(connection);
         append(&mut self.block, format_args!("POINTS :{}\n", packed.len()));
         self.block.extend_from_slice(packed);
     }
 
-    /// Appends foreign writes to the shared file: `pixels` are pixel numbers in ascending order.
-    pub(in crate::server) fn foreign_pixels(&mut self, pixels: &[usize], memory: &VideoMemory) {
-        let width = memory.width() as usize;
-        let mut rest = pixels;
-        while let [first, ..] = rest {
-            let is_run = |(i, pixel): (usize, &usize)| *pixel == first + i;
-            let run = rest.iter().enumerate().take(RUN_PIXELS).take_while(|&(i, p)| is_run((i, p))).count();
-            let (x, y) = ((first % width) as u16, (first / width) as u16);
-            self.pixel_run(0, x, y, &memory.bytes()[first * 4..(first + run) * 4]);
-            rest = &rest[run..];
+    /// Appends the contents of runs of pixels, as writes to the shared file.
+    pub(super) fn pixel_runs(&mut self, runs: &[Range<u32>], memory: &VideoMemory) {
+        let width = memory.width();
+        for run in runs {
+            for first in run.clone().step_by(RUN_PIXELS as usize) {
+                let end = run.end.min(first.saturating_add(RUN_PIXELS));
+                let (x, y) = ((first % width) as u16, (first / width) as u16);
+                self.pixel_run(0, x, y, &memory.bytes()[first as usize * 4..end as usize * 4]);
+            }
         }
     }
 
     /// Appends the end of a connection.
-    pub(in crate::server) fn end(&mut self, connection: u64) {
+    pub(super) fn end(&mut self, connection: u64) {
         self.end_chunk();
         let (seconds, micros) = (self.now.as_secs(), self.now.subsec_micros());
         append(&mut self.block, format_args!("#@ {connection} {seconds}.{micros:06} end\n"));
     }
 
     /// Returns the time of the next [`Recorder::tick`], if one is needed.
-    pub(in crate::server) fn next_deadline(&self) -> Option<Instant> {
+    pub(super) fn next_deadline(&self) -> Option<Instant> {
         (!self.block.is_empty()).then(|| self.flushed_at + FLUSH_EVERY)
     }
 
     /// Submits the recorded bytes to the writer, if that is due.
-    pub(in crate::server) fn tick(&mut self, now: Instant) {
+    pub(super) fn tick(&mut self, now: Instant) {
         if now >= self.flushed_at + FLUSH_EVERY {
             self.end_chunk();
             self.submit();
             self.flushed_at = now;
         }
+        if self.has_failed() {
+            self.is_open = false;
+            (self.block, self.file_ids) = (Vec::new(), HashMap::new());
+        }
     }
 
     /// Completes the recording, and waits for its last byte as long as writing makes progress.
-    pub(in crate::server) fn finish(&mut self) {
+    pub(super) fn finish(&mut self) {
         self.end_at_gap();
         self.end_chunk();
         let now = self.begun.elapsed();
         append(&mut self.block, format_args!("{END_MARK} {}.{:06}\n", now.as_secs(), now.subsec_micros()));
         self.submit();
         self.writer.finish();
+        self.is_open = false;
     }
 
     /// Returns whether the recording has ended early.
-    pub(in crate::server) fn has_failed(&self) -> bool {
+    pub(super) fn has_failed(&self) -> bool {
         self.writer.has_failed()
     }
 
-    /// Returns the reason and the counters of a recording that has ended early.
-    pub(in crate::server) fn failure(&self) -> Option<FailedRecording> {
+    /// Returns the reason for which the recording has ended early, if it has.
+    pub fn failure(&self) -> Option<String> {
         self.writer.failure()
     }
 
-    /// Returns the hasher for files that commands read.
-    pub(in crate::server) fn file_hasher(&self) -> FileHasher {
-        self.file_hasher.clone()
-    }
-
     /// Returns the numbers of written and queued bytes.
-    pub(in crate::server) fn stats(&self) -> RecordStats {
+    pub(super) fn stats(&self) -> RecordStats {
         self.writer.stats()
     }
 }

@@ -31,7 +31,7 @@ impl Write for WrittenBytes {
 fn record(mut engine: Engine, script: &[u8], pieces: usize) -> (Vec<u8>, Stats, Vec<u8>) {
     let bytes_written = WrittenBytes::default();
     let (width, height) = (engine.memory().width(), engine.memory().height());
-    engine.set_recorder(Recorder::new(Box::new(bytes_written.clone()), width, height).unwrap());
+    engine.attach(Recorder::new(Box::new(bytes_written.clone()), width, height).unwrap());
     let mut stream = Stream::new(&engine, 7, Audience::Owner);
     let mut out = Output::default();
     for piece in script.chunks(pieces) {
@@ -41,9 +41,14 @@ fn record(mut engine: Engine, script: &[u8], pieces: usize) -> (Vec<u8>, Stats, 
     assert_eq!(out.notices, [], "the script is in order");
     engine.close(stream.session_mut());
     engine.end();
-    assert_eq!(engine.record_failure(), None);
+    assert_eq!(failure(&engine), None);
     let recording = bytes_written.0.lock().unwrap().clone();
     (engine.memory().bytes().to_vec(), engine.totals(), recording)
+}
+
+/// Returns the reason for which the recording has ended early, if it has.
+fn failure(engine: &Engine) -> Option<String> {
+    engine.observer::<Recorder>().and_then(Recorder::failure)
 }
 
 /// Replays a recording on `engine`. Returns the memory and totals at its end, and the notices.
@@ -90,7 +95,7 @@ impl Drop for TestFolder {
 fn a_recording_of_two_connections_plays_to_the_same_memory_however_it_is_cut() {
     let bytes_written = WrittenBytes::default();
     let mut engine = Engine::new(40, 30).unwrap();
-    engine.set_recorder(Recorder::new(Box::new(bytes_written.clone()), 40, 30).unwrap());
+    engine.attach(Recorder::new(Box::new(bytes_written.clone()), 40, 30).unwrap());
     let mut streams = [1, 2].map(|id| Stream::new(&engine, id, Audience::Connection));
     let mut out = Output::default();
     let scripts: [&[u8]; 2] = [
@@ -362,7 +367,7 @@ fn a_full_disk_is_told_at_once_and_the_commands_go_on() {
     let mut engine = Engine::new(8, 6).unwrap();
     let on_failure: super::writer::OnFailure = Box::new(move |e: &io::Error| sender.send(e.kind()).unwrap());
     let disk = Box::new(FullDisk(bytes_written.clone(), 0));
-    engine.set_recorder(Recorder::start(disk, Patience::FILE, Some(on_failure), 8, 6).unwrap());
+    engine.attach(Recorder::start(disk, Patience::FILE, Some(on_failure), 8, 6).unwrap());
     assert!(ask(&mut engine, b"STATS\n").contains(" record=ok "));
     ask(&mut engine, b"PX 1 1 ff0000\n");
     engine.tick(std::time::Instant::now() + Duration::from_secs(1));
@@ -370,7 +375,7 @@ fn a_full_disk_is_told_at_once_and_the_commands_go_on() {
     let figures = " record=failed record_bytes=21 record_queue=0";
     assert!(ask(&mut engine, b"STATS\n").contains(figures));
     engine.tick(std::time::Instant::now());
-    assert!(engine.record_failure().is_some());
+    assert!(failure(&engine).is_some());
     // The recorder has been dropped; its counters are still reported.
     assert!(ask(&mut engine, b"STATS\n").contains(figures));
     assert_eq!(ask(&mut engine, b"PX 2 2 00ff00\nPX 2 2\n"), "PX 2 2 00ff00\n");
@@ -384,7 +389,7 @@ fn a_command_without_text_ends_the_recording_unless_it_was_refused() {
     use crate::server::Session;
     let mut engine = Engine::new(8, 6).unwrap();
     let bytes_written = WrittenBytes::default();
-    engine.set_recorder(Recorder::new(Box::new(bytes_written.clone()), 8, 6).unwrap());
+    engine.attach(Recorder::new(Box::new(bytes_written.clone()), 8, 6).unwrap());
     let (mut session, mut replies) = (Session::new(1, Audience::Owner), Vec::new());
     let name = "n".repeat(5000);
     let refused = engine.run(&mut session, Command::Draw { name }, &mut replies);
@@ -392,12 +397,12 @@ fn a_command_without_text_ends_the_recording_unless_it_was_refused() {
     let pixel = Command::Pixel { x: 1, y: 1, color: [1, 2, 3, 255] };
     let _ = engine.run(&mut session, pixel.clone(), &mut replies).unwrap();
     engine.tick(std::time::Instant::now());
-    assert_eq!(engine.record_failure(), None);
+    assert_eq!(failure(&engine), None);
     let long = Command::Figure(Figure::Poly { color: [9; 4], points: vec![[1, 1]; 5000] });
     let _ = engine.run(&mut session, long, &mut replies).unwrap();
     let _ = engine.run(&mut session, pixel, &mut replies).unwrap();
     engine.tick(std::time::Instant::now());
-    assert_eq!(engine.record_failure(), Some("a command was run that has no text"));
+    assert_eq!(failure(&engine).as_deref(), Some("a command was run that has no text"));
 }
 
 /// A pipe whose reader takes nothing until the other end of the channel is dropped.
@@ -421,7 +426,7 @@ fn a_pipe_that_nobody_drains_ends_the_recording_and_holds_nobody_up() {
     let mut engine = Engine::new(100, 100).unwrap();
     let on_failure: super::writer::OnFailure = Box::new(move |e: &io::Error| sender.send(e.kind()).unwrap());
     let pipe = Box::new(Stalled(bytes_written.clone(), room));
-    engine.set_recorder(Recorder::start(pipe, Patience::PIPE, Some(on_failure), 100, 100).unwrap());
+    engine.attach(Recorder::start(pipe, Patience::PIPE, Some(on_failure), 100, 100).unwrap());
     let pixels: Vec<u8> = (0..40_000).map(|i| i as u8).collect();
     // The first BLIT is on the frame; the others are as long, but off it, and cost no drawing.
     let [first, flood] =
@@ -434,7 +439,7 @@ fn a_pipe_that_nobody_drains_ends_the_recording_and_holds_nobody_up() {
             let _ = stream.feed(&mut engine, &flood, &mut Output::default(), Budget::NONE);
         }
         engine.tick(std::time::Instant::now());
-        let failure = engine.record_failure().map(str::to_owned);
+        let failure = failure(&engine);
         let stats = ask(&mut engine, b"STATS\n");
         over.send((engine, stats, failure)).unwrap();
     });

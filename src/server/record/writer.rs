@@ -46,31 +46,11 @@ pub(super) type OnFailure = Box<dyn FnOnce(&io::Error) + Send>;
 
 /// Byte counts of a recording, for `STATS`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(in crate::server) struct RecordStats {
+pub(super) struct RecordStats {
     /// Bytes that have been written.
     pub written_bytes: u64,
     /// Bytes that are queued.
     pub queued_bytes: u64,
-}
-
-/// A recording that ended early. Its counts change as long as the thread writes queued blocks.
-pub(in crate::server) struct FailedRecording {
-    /// Reason for the end.
-    pub reason: String,
-    shared: Arc<Shared>,
-}
-
-impl std::fmt::Debug for FailedRecording {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "FailedRecording({})", self.reason)
-    }
-}
-
-impl FailedRecording {
-    /// Returns the numbers of written and queued bytes.
-    pub fn stats(&self) -> RecordStats {
-        self.shared.lock().stats
-    }
 }
 
 #[derive(Default)]
@@ -200,10 +180,9 @@ impl Writer {
         self.shared.has_failed.load(Ordering::Acquire)
     }
 
-    /// Returns the reason and the counts of a recording that has ended early.
-    pub fn failure(&self) -> Option<FailedRecording> {
-        let reason = self.shared.lock().failure.clone()?;
-        Some(FailedRecording { reason, shared: self.shared.clone() })
+    /// Returns the reason for which the recording has ended early, if it has.
+    pub fn failure(&self) -> Option<String> {
+        self.shared.lock().failure.clone()
     }
 
     /// Returns the numbers of written and queued bytes.

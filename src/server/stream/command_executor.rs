@@ -11,7 +11,7 @@ use crate::command::{Command, Figure, Flow, Rect, Sink, StreamError, StreamPosit
 use crate::draw2d::Line;
 use crate::error::{Code, Fault};
 use crate::memory::{Reservation, Rgba};
-use crate::server::engine::Progress;
+use crate::server::engine::{Progress, Request};
 use crate::server::{Audience, Budget, Effect, Engine, Pace, Session};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
@@ -57,21 +57,8 @@ impl<'a> CommandExecutor<'a> {
         }
     }
 
-    /// Draws the queued lines, which have been counted already.
-    #[inline(never)]
-    fn draw_lines(&mut self) {
-        let (engine, session, lines) = (&mut *self.engine, &*self.session, &self.lines);
-        if catch_unwind(AssertUnwindSafe(|| engine.draw_lines(session, lines))).is_err() {
-            // A defect of the server. The video memory holds plain numbers, so any state of it is
-            // valid.
-            self.session.stats.errors += 1;
-        }
-        self.lines.clear();
-    }
-
     /// Queues a line, which has no reply, so that it is drawn in one batch with its neighbours.
-    fn enqueue(&mut self, line: Line, command: &Command) -> Flow {
-        self.engine.note_line(self.session, command);
+    fn enqueue(&mut self, line: Line) -> Flow {
         self.lines.push(line);
         if self.lines.len() >= MAX_BATCHED_LINES {
             self.draw_lines();
@@ -79,12 +66,29 @@ impl<'a> CommandExecutor<'a> {
         self.yield_if_due(false)
     }
 
-    /// Draws the queued lines. Called before any command that is not a line, and at the end.
+    /// Draws the queued lines. Called before everything that is not a line, and at the end.
     #[inline]
     pub(super) fn flush(&mut self) {
         if !self.lines.is_empty() {
             self.draw_lines();
         }
+    }
+
+    #[inline(never)]
+    fn draw_lines(&mut self) {
+        let lines = std::mem::take(&mut self.lines);
+        // Lines are never refused; a defect is counted.
+        let _ = self
+            .run_guarded(|engine, session, replies| engine.begin(session, Request::Lines(&lines), replies));
+        self.lines = lines;
+        self.lines.clear();
+    }
+
+    /// Runs a batch whose bytes are the decoder's.
+    #[inline]
+    fn run_batch(&mut self, request: Request<'_>) -> Result<Progress, Fault> {
+        self.flush();
+        self.engine.begin(self.session, request, &mut self.out.replies)
     }
 
     /// Reports an error, which has been counted already, to the audience.
@@ -155,14 +159,15 @@ impl<'a> CommandExecutor<'a> {
 
     /// Runs a command, or the first pieces of a long one.
     fn run_command(&mut self, command: Command) -> Result<Progress, Fault> {
-        if self.budget.suspends && self.engine.is_long(self.session, &command) {
-            let budget = self.budget;
-            return self.run_guarded(|engine, session, replies| {
-                let pieces = engine.begin_in_pieces(session, command);
-                engine.run_pieces(session, pieces, replies, budget)
-            });
-        }
-        self.run_guarded(|engine, session, replies| engine.begin(session, command, replies))
+        let budget = self.budget;
+        self.run_guarded(|engine, session, replies| {
+            match engine.begin(session, Request::Command(command), replies)? {
+                Progress::Pieces(pieces) if pieces.runs_at_once() => {
+                    engine.run_pieces(session, *pieces, replies, budget)
+                }
+                progress => Ok(progress),
+            }
+        })
     }
 
     /// Reports the warnings and the result of a command, or suspends the stream if a job or pieces
@@ -248,21 +253,18 @@ impl<'a> CommandExecutor<'a> {
 }
 
 impl Sink for CommandExecutor<'_> {
-    /// Draws one pixel whose command was not in the plain form.
+    /// Draws one pixel whose command was not in the plain form. Pixels are never refused.
     fn pixel(&mut self, x: i32, y: i32, color: Rgba) {
-        self.flush();
-        self.engine.put_pixel(self.session, x, y, color);
+        let _ = self.run_batch(Request::Pixel { x, y, color });
     }
 
     /// Draws the batches of pixels, which are most of all commands.
     fn pixels(&mut self, records: &[[u8; 8]]) {
-        self.flush();
-        self.engine.put_pixels(self.session, records);
+        let _ = self.run_batch(Request::Pixels(records));
     }
 
     fn binary_pixels(&mut self, records: &[u8]) {
-        self.flush();
-        self.engine.put_binary_pixels(self.session, records);
+        let _ = self.run_batch(Request::BinaryPixels(records));
     }
 
     fn payload_held(&mut self, held: Reservation) {
@@ -273,7 +275,7 @@ impl Sink for CommandExecutor<'_> {
         if let Command::Figure(Figure::Line { p0, p1, color }) = command
             && self.batches_lines
         {
-            return self.enqueue(Line { p0, p1, color }, &command);
+            return self.enqueue(Line { p0, p1, color });
         }
         let verb = command.verb();
         self.flush();
@@ -289,11 +291,11 @@ impl Sink for CommandExecutor<'_> {
     }
 
     fn error(&mut self, error: StreamError) -> Flow {
+        self.flush();
         if !error.is_pixelflut() {
             self.session.has_used_other_verbs = true;
         }
-        self.session.stats.commands += 1;
-        self.session.stats.errors += 1;
+        self.session.count_refused();
         let flow = match (self.session.reports_errors(), self.session.audience) {
             (true, Audience::Connection) => {
                 // The error's own line is used, because its token may not be UTF-8.
@@ -322,24 +324,21 @@ impl Sink for CommandExecutor<'_> {
     }
 
     fn pixel_run(&mut self, x: u16, y: u16, rgba: &[u8], place: StreamPosition) -> Flow {
-        self.flush();
-        let result = self.engine.put_pixel_run(self.session, x, y, rgba);
-        self.after(result.map(|()| Effect::Done), place, "PXMULTI")
+        let progress = self.run_batch(Request::PixelRun { x, y, rgba });
+        self.after_part(progress, place, "PXMULTI")
     }
 
     fn blit(&mut self, rect: Rect, rgba: &[u8], place: StreamPosition) -> Flow {
-        self.flush();
-        let result = self.engine.put_blit(self.session, rect, rgba);
-        self.after(result.map(|()| Effect::Done), place, "BLIT")
+        let progress = self.run_batch(Request::Blit { rect, rgba });
+        self.after_part(progress, place, "BLIT")
     }
 
     fn points(&mut self, packed: &[u8], place: StreamPosition) -> Flow {
-        self.flush();
         let has_room = || self.engine.memory_budget().available() >= packed.len() as u64;
         if packed.len() > LONG_LIST_BYTES && self.budget.suspends && has_room() {
             return self.command(Command::Points { packed: packed.to_vec() }, place);
         }
-        let result = self.engine.put_points(self.session, packed);
-        self.after(result.map(|()| Effect::Done), place, "POINTS")
+        let progress = self.run_batch(Request::Points(packed));
+        self.after_part(progress, place, "POINTS")
     }
 }

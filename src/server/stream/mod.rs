@@ -119,7 +119,7 @@ impl Stream {
     pub fn new(engine: &Engine, id: u64, audience: Audience) -> Self {
         let limits = StreamLimits { payload_bytes: engine.limits().payload_bytes };
         let dialect = engine.dialect();
-        let mut decoder = Decoder::with_payload_pool(limits, engine.payload_pool());
+        let mut decoder = Decoder::with_payload_pool(limits, engine.quotas.payload_pool());
         decoder.set_grey_digits(dialect.grey_digits);
         Stream {
             decoder,
@@ -258,8 +258,7 @@ impl Stream {
         let flow = match checked {
             Ok(()) => executor.command(command, place),
             Err(fault) => {
-                executor.session.stats.commands += 1;
-                executor.session.stats.errors += 1;
+                executor.session.count_refused();
                 executor.refuse(place, command.verb(), fault)
             }
         };

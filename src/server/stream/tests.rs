@@ -38,6 +38,17 @@ fn any_size_of_pieces_gives_the_same_answers() {
 }
 
 #[test]
+fn an_error_behind_lines_is_reported_as_behind_any_verb_that_is_not_pixelflut() {
+    let script = b"PX 1 zz\nLINE 0 0 9 5 0000ff\nPX 1 zz\nSTATS\n";
+    for pieces in [script.len(), 1] {
+        let (_, out) = play(script, pieces, Audience::Connection);
+        let text = String::from_utf8_lossy(&out.replies).into_owned();
+        assert!(text.starts_with("ERR 3 ") && text.contains("\nSTATS bytes="), "{text}");
+        assert!(text.contains(" commands=4 ") && text.contains(" errors=2 "), "{text}");
+    }
+}
+
+#[test]
 fn lines_drawn_together_are_drawn_in_their_turn() {
     let mut script = String::new();
     let mut state = 9u32;

@@ -369,10 +369,8 @@ impl Connection {
     /// Ends the connection of a client that speaks another protocol, with one error. None of its
     /// bytes have run.
     fn refuse_foreign(&mut self, foreign: Foreign, engine: &mut Engine, out: &mut Output) -> StreamState {
-        let stats = &mut self.stream.session_mut().stats;
-        stats.commands += 1;
-        stats.errors += 1;
-        engine.note_foreign();
+        self.stream.session_mut().count_refused();
+        engine.counters.foreign_refused += 1;
         out.replies.extend_from_slice(foreign.reply().as_bytes());
         StreamState::Ended
     }

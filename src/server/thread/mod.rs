@@ -36,8 +36,6 @@ const ROUND_TIME: Duration = Duration::from_millis(24);
 /// Messages that the channel can hold. Each connection has few in flight, so this limit is not
 /// reached by any single one.
 const CHANNEL_ROOM: usize = 8192;
-/// Shortest time between two frames on the display, except those of `PRESENT`.
-const SHOW_EVERY: Duration = Duration::from_millis(15);
 /// Time between two scans for idle connections.
 const IDLE_SCAN_EVERY: Duration = Duration::from_secs(1);
 /// Time that a closing connection may spend without its client reading a byte.

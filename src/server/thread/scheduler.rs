@@ -17,7 +17,7 @@ use crate::server::buffer_pool::BufferPool;
 use crate::server::jobs::JobPool;
 use crate::server::message::{Finish, Id, Message};
 use crate::server::transport::InlineReader;
-use crate::server::{Budget, Engine, Input, Output, Pace, StreamState};
+use crate::server::{Budget, Display, DisplayObserver, Engine, Input, Output, Pace, StreamState};
 use crossbeam_channel::{Receiver, Sender, never};
 use run_queue::Step;
 use std::collections::{HashMap, VecDeque};
@@ -36,6 +36,8 @@ pub(super) struct Scheduler {
     engine: Engine,
     messages: Receiver<Message>,
     sender: Sender<Message>,
+    /// The window's side of the display, if there is one.
+    display: Option<Arc<Display>>,
     inputs: Receiver<Input>,
     connections: HashMap<Id, Connection>,
     /// Runnable connections, in the order of their slices.
@@ -67,7 +69,6 @@ pub(super) struct Scheduler {
     jobs_until: Option<Instant>,
     /// The connection whose command is in pieces; the others may only run queries.
     in_pieces: Option<Id>,
-    shown_at: Instant,
     idle_scanned_at: Instant,
     metrics_at: Instant,
     /// Set when something has happened since the last update of the metrics.
@@ -83,12 +84,14 @@ impl Scheduler {
         buffers: Arc<BufferPool>,
         inline_reader: InlineReader,
     ) -> Self {
-        let inputs = engine.display().map_or_else(never, |d| d.inputs());
+        let display = engine.observer::<DisplayObserver>().map(|observer| observer.display().clone());
+        let inputs = display.as_ref().map_or_else(never, |display| display.inputs());
         let jobs = JobPool::new(sender.clone());
         Scheduler {
             engine,
             messages,
             sender,
+            display,
             inputs,
             connections: HashMap::new(),
             run_queue: VecDeque::new(),
@@ -107,7 +110,6 @@ impl Scheduler {
             awaiting_job: Vec::new(),
             jobs_until: None,
             in_pieces: None,
-            shown_at: Instant::now(),
             idle_scanned_at: Instant::now(),
             metrics_at: Instant::now(),
             metrics_are_stale: true,
@@ -177,7 +179,7 @@ impl Scheduler {
                         return self.give_up(id);
                     }
                     batch.unpool_from(0);
-                    self.engine.count_queue(self.queued_bytes);
+                    self.engine.quotas.count_queue(self.queued_bytes);
                 }
                 self.with(id, |c| {
                     c.add_bytes(batch);
@@ -192,8 +194,8 @@ impl Scheduler {
             Message::JobDone(id, number, result) => self.with(id, |c| c.job_done(number, *result)),
             Message::Do(task) => task(&mut self.engine),
             Message::NoDisplay => {
-                self.engine.drop_display();
-                self.inputs = never();
+                self.engine.detach::<DisplayObserver>();
+                (self.display, self.inputs) = (None, never());
             }
             Message::Finish(how) => {
                 self.finish = Some(how);
@@ -214,7 +216,7 @@ impl Scheduler {
         self.in_pieces = self.in_pieces.filter(|other| *other != id);
         self.engine.set_in_pieces(self.in_pieces.is_some());
         self.queued_bytes -= connection.queued_bytes;
-        self.engine.count_queue(self.queued_bytes);
+        self.engine.quotas.count_queue(self.queued_bytes);
         self.closing.extend(connection.close(&mut self.engine));
     }
 
@@ -236,13 +238,12 @@ impl Scheduler {
     }
 
     fn input(&mut self, input: Input) {
-        let Some(display) = self.engine.display().cloned() else { return };
         match input {
-            Input::Look => display.answer_probe(self.engine.depth()),
+            Input::Look => self.display.iter().for_each(|d| d.answer_probe(self.engine.depth())),
             Input::Event(event) => {
                 let limit = self.engine.limits().reply_bytes;
                 for connection in self.connections.values_mut() {
-                    let limit = limit.min(self.engine.reply_room(connection.unread()));
+                    let limit = limit.min(self.engine.quotas.reply_room(connection.unread()));
                     if connection.stream.session().events {
                         connection.push_event(&event, limit, &self.sender);
                     }
@@ -252,14 +253,14 @@ impl Scheduler {
     }
 
     fn run_slice(&mut self, id: Id, pace: Pace) {
-        self.engine.set_queue_bytes(self.queued_bytes);
+        self.engine.counters.queue_bytes = self.queued_bytes;
         self.metrics_are_stale = true;
         let Some(connection) = self.connections.get_mut(&id) else { return };
         connection.is_queued = false;
         let queued_before = connection.queued_bytes;
         let limit = self.engine.limits().reply_bytes;
         let unread = connection.unread();
-        let reply_bytes = limit.saturating_sub(unread).min(self.engine.reply_room(unread)).max(1);
+        let reply_bytes = limit.saturating_sub(unread).min(self.engine.quotas.reply_room(unread)).max(1);
         let now = Instant::now();
         let others =
             u32::try_from(self.run_queue.len() + self.interactive_queue.len() + self.buffers.ready())
@@ -269,10 +270,7 @@ impl Scheduler {
         let only_asks = self.in_pieces.is_some_and(|other| other != id);
         let command_time = Some(self.engine.limits().command_time);
         let budget = Budget { until: Some(now + time), reply_bytes, pace, suspends, only_asks, command_time };
-        self.engine.set_time(now);
-        if self.in_pieces.is_none() {
-            self.engine.before_slice(now);
-        }
+        self.engine.begin_slice(now);
         let mut state = StreamState::Yields;
         if connection.is_runnable() {
             // A panic outside a command's own guard is a defect, too; it ends this connection, not
@@ -299,7 +297,7 @@ impl Scheduler {
         }
         let run_bytes = queued_before - connection.queued_bytes;
         self.queued_bytes -= run_bytes;
-        self.engine.count_queue(self.queued_bytes);
+        self.engine.quotas.count_queue(self.queued_bytes);
         let took = now.elapsed();
         connection.last_slice = took;
         self.ran_since += took;

@@ -240,27 +240,20 @@ pub const PIPELINE: Edges = &[
 
 /// Imports between the parts of the server.
 pub const SERVER: Edges = &[
-    ("display", &["events"]),
     ("resources", &["limits"]),
-    ("session", &["limits", "record", "resources", "stats"]),
-    ("metrics", &["admission", "session", "stats"]),
+    ("session", &["limits", "read_files", "resources", "stats"]),
     (
         "engine",
-        &[
-            "budget",
-            "display",
-            "limits",
-            "metrics",
-            "record",
-            "resources",
-            "session",
-            "snapshot_names",
-            "stats",
-            "workers",
-        ],
+        &["budget", "limits", "read_files", "resources", "session", "snapshot_names", "stats", "workers"],
     ),
+    // Observers of the engine, see `OBSERVERS`.
+    ("display", &["engine", "events"]),
+    ("metrics", &["admission", "engine", "session"]),
+    ("on_present", &["engine"]),
+    ("record", &["engine", "read_files"]),
+    ("shared_file", &["engine"]),
     ("stream", &["budget", "engine", "session"]),
-    ("replay", &["budget", "engine", "record", "session", "stream"]),
+    ("replay", &["budget", "engine", "read_files", "record", "session", "stream"]),
     ("message", &["buffer_pool", "engine", "events", "reply_queue", "session", "stream"]),
     ("jobs", &["engine", "message", "workers"]),
     ("client", &["events", "message", "stream"]),
@@ -271,6 +264,7 @@ pub const SERVER: Edges = &[
             "budget",
             "buffer_pool",
             "client",
+            "display",
             "engine",
             "events",
             "jobs",
@@ -288,5 +282,9 @@ pub const SERVER: Edges = &[
     ),
     ("snapshots", &["message", "snapshot_names", "thread"]),
     ("player", &["message", "record", "session", "stream", "thread", "transport"]),
-    ("serve", &["admission", "client", "engine", "message", "session", "thread", "transport"]),
+    ("serve", &["admission", "client", "engine", "message", "metrics", "session", "thread", "transport"]),
 ];
+
+/// Parts of the server that observe the engine. They import its trait; nothing that the engine
+/// imports, itself or by others, may import one of them.
+pub const OBSERVERS: &[&str] = &["display", "metrics", "on_present", "record", "shared_file"];

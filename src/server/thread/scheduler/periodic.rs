@@ -1,5 +1,5 @@
-//! Periodic work of the render thread between slices: showing frames, ending jobs that are over
-//! their time limit, closing idle and finished connections, updating metrics.
+//! Periodic work of the render thread between slices: that of the engine's observers, ending jobs
+//! that are over their time limit, closing idle and finished connections, updating metrics.
 //!
 //! In: the time. Out: the state with all due work done, and the time of the next deadline. Runs on
 //! the render thread. Promises that each kind of work costs one comparison while none is due.
@@ -7,22 +7,19 @@
 //! beside it.
 
 use super::Scheduler;
+use crate::server::VerbCounts;
 use crate::server::message::{Finish, Id};
 use crate::server::metrics;
 use crate::server::thread::connection::{ClosingConnection, Connection};
-use crate::server::thread::{CLOSE_WITHIN, HANG_UP_WITHIN, IDLE_SCAN_EVERY, SHOW_EVERY};
+use crate::server::thread::{CLOSE_WITHIN, HANG_UP_WITHIN, IDLE_SCAN_EVERY};
 use std::time::{Duration, Instant};
 
 impl Scheduler {
-    /// Does the work between slices: shows frames, updates the display and the shared file, closes
-    /// connections that have ended.
+    /// Does the work between slices: updates the engine's observers, closes connections that have
+    /// ended.
     pub(super) fn run_due_work(&mut self) {
         let now = Instant::now();
         self.engine.tick(now);
-        if now >= self.shown_at + SHOW_EVERY && self.engine.has_unshown() {
-            self.engine.show();
-            self.shown_at = now;
-        }
         self.answer_shown();
         if !self.awaiting_job.is_empty() && self.jobs_until.is_none_or(|until| now >= until) {
             self.check_jobs(now);
@@ -64,7 +61,7 @@ impl Scheduler {
                 let mut farewell = connection.timeout_line(timeout).into_bytes();
                 connection.reply(&mut farewell, limit, &self.sender);
             }
-            self.engine.note_idle_close();
+            self.engine.counters.idle_closes += 1;
             self.end_connection(id);
         }
     }
@@ -98,10 +95,11 @@ impl Scheduler {
         if now < self.metrics_due_at() {
             return;
         }
-        let Some(board) = self.engine.metrics() else { return };
+        let Some(counts) = self.engine.observer::<VerbCounts>() else { return };
         let connections = || self.connections.values();
-        let is_updated = board.update(now, |m| {
-            self.engine.fill_metrics(m);
+        let is_updated = counts.board().update(now, |m| {
+            m.engine = self.engine.status();
+            counts.copy_to(&mut m.verbs);
             m.queue_bytes = self.queued_bytes;
             m.reply_bytes = connections().map(|c| c.unread() as u64).sum();
             m.private_resource_bytes =
@@ -115,12 +113,9 @@ impl Scheduler {
 
     pub(super) fn next_deadline(&mut self) -> Option<Instant> {
         let mut deadline = self.engine.next_deadline(Instant::now());
-        let pool_sweep = self.engine.sweep_payload_pool(Instant::now());
+        let pool_sweep = self.engine.quotas.sweep_payload_pool(Instant::now());
         let mut at = |time: Instant| deadline = Some(deadline.map_or(time, |d| d.min(time)));
         pool_sweep.into_iter().for_each(&mut at);
-        if self.engine.has_unshown() && !self.engine.is_frozen() {
-            at(self.shown_at + SHOW_EVERY);
-        }
         if !self.awaiting_job.is_empty() {
             self.jobs_until.into_iter().for_each(&mut at);
         }
@@ -130,7 +125,7 @@ impl Scheduler {
         if self.engine.limits().idle_timeout.is_some() && !self.connections.is_empty() {
             at(self.idle_scanned_at + IDLE_SCAN_EVERY);
         }
-        if self.engine.metrics().is_some() {
+        if self.engine.observer::<VerbCounts>().is_some() {
             // If an update is due and the board is being read, it is tried again after a
             // millisecond.
             at(self.metrics_due_at().max(Instant::now() + Duration::from_millis(1)));

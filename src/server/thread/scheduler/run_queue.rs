@@ -17,7 +17,7 @@ impl Scheduler {
         if self.run_queue.is_empty() && self.interactive_queue.is_empty() {
             return None;
         }
-        match self.engine.display() {
+        match &self.display {
             Some(display) if display.is_paused() && !display.is_closed() => {
                 return self.continue_step().or_else(|| self.begin_step());
             }
@@ -46,7 +46,7 @@ impl Scheduler {
     /// Begins a step if the user asked for one: a frame if `AUTO` is off, a command otherwise. An
     /// unfinished step, which waits for its client, is dropped.
     fn begin_step(&mut self) -> Option<(Id, Pace)> {
-        if !self.engine.display().is_some_and(|display| display.take_step()) {
+        if !self.display.as_ref().is_some_and(|display| display.take_step()) {
             return None;
         }
         // While a command is in pieces, only its connection can do a step.

@@ -3,10 +3,15 @@
 //! In: rows of video memory from the render thread ([`Display::publish`]); input from the window's
 //! thread. Out: changed rows to the window, input to the render thread. The frame is a copy: the
 //! video memory belongs to the render thread alone, and the window shows what was published last,
-//! complete. Promise: no side waits for the other for longer than a copy takes.
+//! complete. [`DisplayObserver`] publishes what an engine draws. Promise: no side waits for the
+//! other for longer than a copy takes.
+
+mod observer;
+
+pub use observer::DisplayObserver;
 
 use super::events::{Input, InputEvent};
-use crate::memory::{DepthMemory, FbPtr, Rgba, VideoMemory};
+use crate::memory::{DepthMemory, FbPtr, MemoryBudget, MemoryUse, Reservation, Rgba, VideoMemory};
 use crossbeam_channel::{Receiver, Sender, bounded};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
@@ -53,6 +58,8 @@ struct Shown {
     /// The pixel whose depth the window asks for, and the last answer.
     probe: Option<(u32, u32)>,
     probe_depth: Option<f64>,
+    /// The memory budget's reservation for the frame.
+    held: Option<Reservation>,
 }
 
 /// The newest frame to be shown, with the flags that the window and the render thread exchange.
@@ -88,7 +95,7 @@ impl Display {
         Arc::new(Display {
             width,
             height,
-            shown: Mutex::new(Shown { frame, row_versions, probe: None, probe_depth: None }),
+            shown: Mutex::new(Shown { frame, row_versions, probe: None, probe_depth: None, held: None }),
             version: AtomicU64::new(0),
             frame_on_screen: AtomicU64::new(0),
             steps_asked: AtomicUsize::new(0),
@@ -140,6 +147,15 @@ impl Display {
             shown.probe_depth = depth.and_then(|d| d.z(x as i32, y as i32));
         }
         self.version.store(version, Ordering::Release);
+    }
+
+    /// Counts this copy of the frame as long as the display exists. It is not refused if memory is
+    /// short, because whoever runs the server asked for it.
+    fn reserve_copy(&self, budget: &MemoryBudget) {
+        let mut shown = self.lock();
+        let mut held = budget.empty(MemoryUse::Frame);
+        held.set(shown.frame.bytes.len() as u64);
+        shown.held = Some(held);
     }
 
     /// Answers the window's request for the depth under the pointer, if there is one.

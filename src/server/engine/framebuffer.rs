@@ -1,0 +1,263 @@
+//! The framebuffer: the video memory, the depths, and the pick buffer with the names of its numbers.
+//!
+//! In: formats, names of objects, requests for room. Out: a render target; depths and names at
+//! pixels. Depth and pick buffer exist from the first draw on that needs them. All of them are
+//! counted in the memory budget.
+
+use crate::error::Fault;
+use crate::memory::{
+    DepthFormat, DepthMemory, MemoryBudget, MemoryUse, OverBudget, PickBuffer, Reservation, VideoMemory,
+};
+use crate::pipeline::Target;
+use crate::scene::{HiddenSurface, Object, Scene};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Memory of a name in the tables of object names, in bytes without its letters.
+const NAME_BYTES: u64 = 96;
+
+/// Memory of a pixel in the pick buffer, in bytes.
+const ID_BYTES: u64 = 8;
+
+/// Number of names at which those that no pixel refers to are removed.
+const MAX_ID_NAMES: usize = 1 << 16;
+
+/// The memories that commands draw into.
+#[derive(Debug)]
+pub(super) struct Framebuffer {
+    pub memory: VideoMemory,
+    pub depth: Option<DepthMemory>,
+    pub depth_format: DepthFormat,
+    pub ids: Option<PickBuffer>,
+    /// Names of the pick buffer's numbers.
+    names: IdNames,
+    /// The memory budget's reservations for the frame and its copies, for depths, pick buffer and
+    /// names.
+    frame_held: Reservation,
+    depth_held: Reservation,
+    ids_held: Reservation,
+    names_held: Reservation,
+}
+
+/// Names of the objects whose numbers are in the pick buffer.
+#[derive(Debug, Default)]
+struct IdNames {
+    names: Vec<Arc<str>>,
+    numbers: HashMap<Arc<str>, u32>,
+    /// Bytes of memory that they take.
+    bytes: u64,
+    /// Number of the first object of the last drawn scene.
+    last_scene: u32,
+}
+
+impl Framebuffer {
+    /// Creates a cleared frame.
+    pub fn new(width: u32, height: u32, budget: &MemoryBudget) -> Result<Self, Fault> {
+        let empty = || budget.empty(MemoryUse::Frame);
+        let mut frame_held = empty();
+        frame_held.try_grow(u64::from(width) * u64::from(height) * 4)?;
+        Ok(Framebuffer {
+            memory: VideoMemory::new(width, height)?,
+            depth: None,
+            depth_format: DepthFormat::default(),
+            ids: None,
+            names: IdNames::default(),
+            frame_held,
+            depth_held: empty(),
+            ids_held: empty(),
+            names_held: budget.empty(MemoryUse::Resources),
+        })
+    }
+
+    /// Returns the width in pixels.
+    #[inline]
+    pub fn width(&self) -> u32 {
+        self.memory.width()
+    }
+
+    /// Returns the height in pixels.
+    #[inline]
+    pub fn height(&self) -> u32 {
+        self.memory.height()
+    }
+
+    /// Returns the number of pixels.
+    pub fn area(&self) -> u64 {
+        u64::from(self.width()) * u64::from(self.height())
+    }
+
+    /// Counts a copy of the frame that exists as long as the server. It is not refused if memory is
+    /// short, because whoever runs the server asked for it.
+    pub fn count_copy(&mut self) {
+        self.frame_held.set(self.frame_held.bytes() + self.memory.bytes().len() as u64);
+    }
+
+    /// Returns the sizes in bytes of the depth buffer and of the pick buffer.
+    pub fn depth_and_id_bytes(&self) -> [u64; 2] {
+        let depth = self.depth.as_ref().map_or(0, |d| d.size_bytes());
+        let ids = self.ids.as_ref().map_or(0, |i| i.size_bytes());
+        [depth as u64, ids as u64]
+    }
+
+    /// Sets the format of the depth buffer, which all connections share. A change discards its
+    /// contents.
+    pub fn set_depth_format(&mut self, format: DepthFormat) {
+        if format != self.depth_format {
+            self.depth_format = format;
+            self.depth = None;
+            self.depth_held.shrink_to(0);
+        }
+    }
+
+    /// Reserves memory for the depth and pick buffers that a draw will allocate.
+    pub fn reserve_target(&mut self, hide: HiddenSurface) -> Result<(), OverBudget> {
+        if self.ids.is_none() {
+            self.ids_held.try_cover(self.area() * ID_BYTES)?;
+        }
+        if self.depth.is_none() && hide == HiddenSurface::ZBuffer {
+            // Each row has one word of cells whose clear is pending.
+            let cells = self.area() * self.depth_format.bytes_per_pixel() as u64;
+            self.depth_held.try_cover(cells + u64::from(self.height()) * 16)?;
+        }
+        Ok(())
+    }
+
+    /// Sets the reservations to the sizes of the depth and pick buffers.
+    pub fn count_target(&mut self) {
+        let [depth, ids] = self.depth_and_id_bytes();
+        self.depth_held.set(depth);
+        self.ids_held.set(ids);
+    }
+
+    /// Returns the target of draws. The pick buffer is written from the first draw on, since a PICK
+    /// may follow.
+    pub fn target(&mut self) -> Target<'_> {
+        let (width, height) = (self.width(), self.height());
+        Target {
+            memory: &mut self.memory,
+            depth: &mut self.depth,
+            depth_format: self.depth_format,
+            ids: Some(self.ids.get_or_insert_with(|| PickBuffer::new(width, height))),
+        }
+    }
+
+    /// Clears the depth and pick buffers.
+    pub fn clear_depths_and_ids(&mut self) {
+        if let Some(depth) = &mut self.depth {
+            depth.clear();
+        }
+        if let Some(ids) = &mut self.ids {
+            ids.clear();
+            self.names = IdNames::default();
+        }
+    }
+
+    /// Runs `DEPTHAT`.
+    pub fn depth_at(&self, x: i32, y: i32, out: &mut Vec<u8>) -> Result<(), Fault> {
+        self.memory.get_pixel(x, y)?;
+        let z = self.depth.as_ref().and_then(|d| d.z(x, y)).unwrap_or(1.0);
+        out.extend_from_slice(format!("DEPTHAT {x} {y} {}\n", nine_digits(z)).as_bytes());
+        Ok(())
+    }
+
+    /// Runs `PICK`.
+    pub fn pick(&self, x: i32, y: i32, out: &mut Vec<u8>) -> Result<(), Fault> {
+        self.memory.get_pixel(x, y)?;
+        let hit = self.ids.as_ref().and_then(|ids| ids.get(x, y));
+        let line = match hit.and_then(|(number, t)| Some((self.names.names.get(number as usize)?, t))) {
+            Some((name, triangle)) => format!("PICK {x} {y} {name} {triangle}\n"),
+            None => format!("PICK {x} {y} none -1\n"),
+        };
+        out.extend_from_slice(line.as_bytes());
+        Ok(())
+    }
+
+    /// Returns the number of `name` in the pick buffer.
+    pub fn id_of(&mut self, name: &str) -> u32 {
+        if !self.names.numbers.contains_key(name) {
+            let is_full = self.names_held.budget().available() < name.len() as u64 + NAME_BYTES;
+            if is_full || self.names.names.len() >= MAX_ID_NAMES {
+                self.forget_unused_ids();
+            }
+        }
+        let number = self.names.number(name);
+        self.names_held.set(self.names.bytes);
+        number
+    }
+
+    /// Returns the number of the scene's first object in the pick buffer; those of the others
+    /// follow it.
+    pub fn ids_of(&mut self, scene: &Scene) -> u32 {
+        if self.names.names.len() + scene.objects.len() > MAX_ID_NAMES {
+            self.forget_unused_ids();
+        }
+        let names = &mut self.names.names;
+        let start = self.names.last_scene as usize;
+        let is_same = |(name, object): (&Arc<str>, &Object)| **name == *object.name;
+        let is_there = names.len() >= start + scene.objects.len()
+            && names[start..].iter().zip(&scene.objects).all(is_same);
+        if !is_there {
+            self.names.last_scene = names.len() as u32;
+            names.extend(scene.objects.iter().map(|o| Arc::from(o.name.as_str())));
+            let bytes: u64 = scene.objects.iter().map(|o| o.name.len() as u64 + NAME_BYTES).sum();
+            self.names.bytes += bytes;
+            self.names_held.set(self.names.bytes);
+        }
+        self.names.last_scene
+    }
+
+    /// Removes the names that no pixel refers to, and numbers the others anew.
+    fn forget_unused_ids(&mut self) {
+        let old = std::mem::take(&mut self.names);
+        let Some(ids) = &mut self.ids else { return };
+        let (width, height) = (ids.width() as usize, ids.height() as usize);
+        for index in 0..width * height {
+            if let Some((number, triangle)) = ids.get((index % width) as i32, (index / width) as i32) {
+                let name = &old.names[number as usize];
+                ids.set(index, self.names.number(name), triangle);
+            }
+        }
+    }
+}
+
+impl IdNames {
+    /// Returns the number of a name; adds the name if it is new.
+    fn number(&mut self, name: &str) -> u32 {
+        if let Some(&number) = self.numbers.get(name) {
+            return number;
+        }
+        let (name, number): (Arc<str>, _) = (name.into(), self.names.len() as u32);
+        self.bytes += name.len() as u64 + NAME_BYTES;
+        self.names.push(name.clone());
+        self.numbers.insert(name, number);
+        number
+    }
+}
+
+/// Formats a number from 0 to 1 with nine significant digits, without an exponent.
+fn nine_digits(z: f64) -> String {
+    // The exponent form rounds first: 0.99999999996 becomes 1.00000000.
+    let rounded = format!("{z:.8e}");
+    let exponent: i32 = rounded.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
+    let decimals = if z == 0.0 { 8 } else { (8 - exponent).max(0) as usize };
+    format!("{z:.decimals$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn depths_have_nine_significant_digits() {
+        for (z, text) in [
+            (0.0, "0.00000000"),
+            (1.0, "1.00000000"),
+            (0.998_001_998_001_998, "0.998001998"),
+            (0.099_999_999_99, "0.100000000"),
+            (0.999_999_999_96, "1.00000000"),
+            (1.234_567_891e-5, "0.0000123456789"),
+        ] {
+            assert_eq!(nine_digits(z), text);
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! Requests: one command, or a batch of them whose bytes stay in the decoder's buffer.
+//!
+//! In: commands and batches, decoded and valid. Out: the same, with what all kinds have in common:
+//! how many commands they are, of which verb. A batch passes the engine's door once.
+
+use crate::command::{BINARY_PIXEL_BYTES, Command, Rect};
+use crate::draw2d::Line;
+use crate::memory::Rgba;
+
+/// What a connection asks the engine to do at once.
+#[derive(Debug)]
+pub enum Request<'a> {
+    /// One command.
+    Command(Command),
+    /// A text `PX`, before OFFSET, without a [`Command`].
+    Pixel {
+        /// Column.
+        x: i32,
+        /// Row.
+        y: i32,
+        /// Its colour.
+        color: Rgba,
+    },
+    /// Text pixels, before OFFSET: x and y as little-endian u16, r, g, b, a.
+    Pixels(&'a [[u8; 8]]),
+    /// Complete `PB` records of 10 bytes each.
+    BinaryPixels(&'a [u8]),
+    /// Consecutive `LINE`s.
+    Lines(&'a [Line]),
+    /// `PXMULTI`.
+    PixelRun {
+        /// Column of the first pixel.
+        x: u16,
+        /// Row of the first pixel.
+        y: u16,
+        /// RGBA bytes.
+        rgba: &'a [u8],
+    },
+    /// `BLIT`.
+    Blit {
+        /// The rectangle.
+        rect: Rect,
+        /// Its rows of RGBA bytes.
+        rgba: &'a [u8],
+    },
+    /// `POINTS`: x and y as little-endian u16, r, g, b, a.
+    Points(&'a [u8]),
+}
+
+impl Request<'_> {
+    /// Returns the number of commands.
+    #[inline]
+    pub fn count(&self) -> usize {
+        match self {
+            Request::Pixels(records) => records.len(),
+            Request::BinaryPixels(records) => records.len() / BINARY_PIXEL_BYTES,
+            Request::Lines(lines) => lines.len(),
+            _ => 1,
+        }
+    }
+
+    /// Returns the verb of the commands.
+    pub fn verb(&self) -> &'static str {
+        match self {
+            Request::Command(command) => command.verb(),
+            Request::Pixel { .. } | Request::Pixels(_) => "PX",
+            Request::BinaryPixels(_) => "PB",
+            Request::Lines(_) => "LINE",
+            Request::PixelRun { .. } => "PXMULTI",
+            Request::Blit { .. } => "BLIT",
+            Request::Points(_) => "POINTS",
+        }
+    }
+
+    /// Returns whether a connection that sends this may be a plain Pixelflut client.
+    #[inline]
+    pub(super) fn is_pixelflut(&self) -> bool {
+        use Command as C;
+        match self {
+            Request::Command(command) => matches!(
+                command,
+                C::Help
+                    | C::Size
+                    | C::GetPixel { .. }
+                    | C::Pixel { .. }
+                    | C::BinaryPixel { .. }
+                    | C::PixelRun { .. }
+                    | C::Offset { .. }
+                    | C::Quit
+                    | C::Stats
+            ),
+            Request::Pixel { .. }
+            | Request::Pixels(_)
+            | Request::BinaryPixels(_)
+            | Request::PixelRun { .. } => true,
+            Request::Lines(_) | Request::Blit { .. } | Request::Points(_) => false,
+        }
+    }
+
+    /// Returns whether a job always makes the effect of this request: its result is what is
+    /// recorded.
+    #[inline]
+    pub(super) fn is_made_by_job(&self) -> bool {
+        use Command as C;
+        matches!(self, Request::Command(C::Mesh { .. } | C::Texture { .. } | C::Scene { .. } | C::Eye { .. }))
+    }
+}
