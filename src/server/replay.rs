@@ -9,7 +9,7 @@ use super::engine::Engine;
 use super::read_files::FileSet;
 use super::record::{END_MARK, RECORD_MAGIC};
 use super::session::{Audience, FileAccess};
-use super::stream::{CommandError, Notice, Output, Resume, Stream, StreamState};
+use super::stream::{CommandError, Notice, Output, Resume, Stream, StreamState, feed_parts};
 use crate::command::{EndOfInput, StreamPosition};
 use crate::error::{Code, Fault};
 use std::collections::HashMap;
@@ -89,24 +89,21 @@ impl Replay {
         if budget.only_asks {
             return (0, StreamState::Yields);
         }
+        if self.has_failed {
+            return (bytes.len(), StreamState::Ended);
+        }
         let budget = Budget { command_time: None, ..budget };
-        let mut used = 0;
-        while used < bytes.len() && !self.has_failed {
-            let rest = &bytes[used..];
-            used += match &mut self.part {
-                Part::Header(_) => self.feed_header(engine, rest, out),
-                Part::Files { .. } => self.feed_files(engine, rest, out),
+        feed_parts(bytes, |rest| {
+            let (taken, state) = match &mut self.part {
+                Part::Header(_) => (self.feed_header(engine, rest, out), StreamState::Ready),
+                Part::Files { .. } => (self.feed_files(engine, rest, out), StreamState::Ready),
                 &mut Part::Commands { connection, left } => {
                     let piece = &rest[..rest.len().min(usize::try_from(left).unwrap_or(usize::MAX))];
-                    let (taken, state) = self.feed_commands(engine, connection, piece, out, budget);
-                    if !matches!(state, StreamState::Ready | StreamState::Ended) {
-                        return (used + taken, state);
-                    }
-                    taken
+                    self.feed_commands(engine, connection, piece, out, budget)
                 }
             };
-        }
-        if self.has_failed { (bytes.len(), StreamState::Ended) } else { (used, StreamState::Ready) }
+            if self.has_failed { (rest.len(), StreamState::Ended) } else { (taken, state) }
+        })
     }
 
     fn feed_header(&mut self, engine: &mut Engine, bytes: &[u8], out: &mut Output) -> usize {
@@ -167,17 +164,27 @@ impl Replay {
             }
         }
         self.line += count_lf(&piece[..taken]);
-        self.after(engine, connection, state, out);
-        (taken, state)
+        (taken, self.after(engine, connection, state, out))
     }
 
     /// Updates the replay after a stream's piece: notes that the stream is suspended, or ends it.
-    fn after(&mut self, engine: &mut Engine, connection: u64, state: StreamState, out: &mut Output) {
+    /// Returns the state of the replay, which does not end with one of its streams.
+    fn after(
+        &mut self,
+        engine: &mut Engine,
+        connection: u64,
+        state: StreamState,
+        out: &mut Output,
+    ) -> StreamState {
         match state {
             StreamState::Works | StreamState::InPieces => self.suspended = Some(connection),
-            StreamState::Ended => self.end_of(engine, connection, out),
+            StreamState::Ended => {
+                self.end_of(engine, connection, out);
+                return StreamState::Ready;
+            }
             StreamState::Ready | StreamState::Yields | StreamState::WaitsFor(_) => {}
         }
+        state
     }
 
     /// Continues the suspended command of one of the streams; see [`Stream::resume`].
@@ -194,9 +201,7 @@ impl Replay {
         let budget = Budget { command_time: None, ..budget };
         let state = stream.resume(engine, resume, out, budget);
         self.place_notices(&mut out.notices[first_notice..]);
-        self.after(engine, connection, state, out);
-        // The end of one stream does not end the replay.
-        if state == StreamState::Ended { StreamState::Ready } else { state }
+        self.after(engine, connection, state, out)
     }
 
     /// Abandons the command that is in pieces, if there is one.

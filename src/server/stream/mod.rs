@@ -106,6 +106,23 @@ struct Suspended {
     pieces: Option<Box<Pieces>>,
 }
 
+/// Feeds bytes part by part, until all of them are consumed or a part ends in another state than
+/// [`StreamState::Ready`]. Returns the number of bytes consumed and the state.
+pub(super) fn feed_parts(
+    bytes: &[u8],
+    mut feed_part: impl FnMut(&[u8]) -> (usize, StreamState),
+) -> (usize, StreamState) {
+    let mut used = 0;
+    while used < bytes.len() {
+        let (taken, state) = feed_part(&bytes[used..]);
+        used += taken;
+        if state != StreamState::Ready {
+            return (used, state);
+        }
+    }
+    (used, StreamState::Ready)
+}
+
 /// Event that resumes a suspended stream.
 pub(super) enum Resume {
     /// Result of its job.
@@ -162,51 +179,44 @@ impl Stream {
         out: &mut Output,
         budget: Budget,
     ) -> (usize, StreamState) {
-        if budget.only_asks {
-            return self.feed_asks(engine, bytes, out, budget);
-        }
-        let (mut used, mut state) = (0, StreamState::Ready);
-        // A step must end at the right pixel, but pixel commands cannot pause the decoder: so it is
-        // fed byte by byte.
-        let portion = if budget.pace == Pace::OneCommand { 1 } else { usize::MAX };
-        while used < bytes.len() && state == StreamState::Ready {
-            let piece = &bytes[used..used.saturating_add(portion).min(bytes.len())];
-            let before = self.session.stats.commands;
-            let mut executor = CommandExecutor::new(engine, &mut self.session, out, budget);
-            executor.batches_lines = budget.pace == Pace::Free;
-            let (taken, flow) = self.decoder.feed_some(piece, &mut executor);
-            executor.flush();
-            state = executor.state_after(flow);
-            self.suspended = executor.suspended.take();
-            used += taken;
-            if portion == 1 && state == StreamState::Ready && self.session.stats.commands > before {
-                state = StreamState::Yields;
-            }
-        }
+        let fed = feed_parts(bytes, |bytes| self.feed_part(engine, bytes, out, budget));
+        // Not after each part: a STATS does not count its own bytes.
         self.session.stats.bytes = self.decoder.place().byte;
-        (used, state)
+        fed
     }
 
-    /// Runs queries, up to the first command that changes something.
-    fn feed_asks(
+    /// Runs a part of the complete commands in `bytes`.
+    fn feed_part(
         &mut self,
         engine: &mut Engine,
         bytes: &[u8],
         out: &mut Output,
         budget: Budget,
     ) -> (usize, StreamState) {
-        let mut used = 0;
-        while let Some(length) = self.decoder.next_asks(&bytes[used..]) {
-            let mut executor = CommandExecutor::new(engine, &mut self.session, out, budget);
-            let (taken, flow) = self.decoder.feed_some(&bytes[used..used + length], &mut executor);
-            let state = executor.state_after(flow);
-            used += taken;
-            self.session.stats.bytes = self.decoder.place().byte;
-            if state != StreamState::Ready {
-                return (used, state);
-            }
+        let part = match budget.pace {
+            // Beside another connection's command in pieces: up to the first command that changes
+            // something.
+            _ if budget.only_asks => match self.decoder.next_asks(bytes) {
+                Some(length) => &bytes[..length],
+                None => return (0, StreamState::Yields),
+            },
+            // A step must end at the right pixel, but pixel commands cannot pause the decoder: so it
+            // is fed byte by byte.
+            Pace::OneCommand => &bytes[..1],
+            Pace::OneFrame | Pace::Free => bytes,
+        };
+        let before = self.session.stats.commands;
+        let mut executor = CommandExecutor::new(engine, &mut self.session, out, budget);
+        executor.batches_lines = budget.pace == Pace::Free && !budget.only_asks;
+        let (taken, flow) = self.decoder.feed_some(part, &mut executor);
+        executor.flush();
+        let mut state = executor.state_after(flow);
+        self.suspended = executor.suspended.take();
+        let is_step = budget.pace == Pace::OneCommand && !budget.only_asks;
+        if is_step && state == StreamState::Ready && self.session.stats.commands > before {
+            state = StreamState::Yields;
         }
-        (used, if used < bytes.len() { StreamState::Yields } else { StreamState::Ready })
+        (taken, state)
     }
 
     /// Abandons the command that is in pieces, if there is one.
