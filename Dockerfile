@@ -8,7 +8,7 @@
 FROM rust:1-slim-bookworm AS build
 WORKDIR /src
 COPY . .
-RUN cargo build --release --locked --no-default-features --bin fbptr \
+RUN cargo build --release --locked --no-default-features --features cli --bin fbptr \
     && install -s -m 755 target/release/fbptr /fbptr \
     && install -d -m 750 /data
 

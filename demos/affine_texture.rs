@@ -45,7 +45,7 @@ fn main() -> ExitCode {
             client.send(Command::Viewport { rect, rule: ViewportRule::Corners });
             client.send(Command::Interp(interp));
             client.draw("floor");
-            client.text(x + 8, SIDE + 4, [170, 170, 170, 255], name);
+            client.text([x + 8, SIDE + 4], name, [170, 170, 170, 255]);
         }
         Ok(())
     })

@@ -32,11 +32,11 @@ fn main() -> ExitCode {
             let x = FROM[0] + step;
             let newest = step == steps - 1;
             let color = if newest { [255, 220, 80, 255] } else { [90, 130, 220, 255] };
-            client.fill_rect(x * CELL + 1, y * CELL + 1, CELL - 1, CELL - 1, color);
+            client.fill_rect([x * CELL + 1, y * CELL + 1, CELL - 1, CELL - 1], color);
             let move_on = d > 0;
             let text = format!("x {x:2} y {y} d {d:4}{}", if move_on { " y+1" } else { "" });
             let grey = if newest { [255, 255, 255, 255] } else { [130, 134, 150, 255] };
-            client.text(20 * CELL + 12, 8 + step * 10, grey, &text);
+            client.text([20 * CELL + 12, 8 + step * 10], &text, grey);
             // The decision: the next pixel, and the next d.
             d += 2 * dy;
             if move_on {
@@ -46,7 +46,7 @@ fn main() -> ExitCode {
         // The ideal line, through the centres of its end pixels.
         let center = |[x, y]: [i32; 2]| [x * CELL + CELL / 2, y * CELL + CELL / 2];
         client.line(center(FROM), center(TO), [255, 80, 80, 255]);
-        client.text(8, 12 * CELL + 4, [170, 170, 170, 255], &format!("dx {dx}, dy {dy}: d = 2 dy - dx"));
+        client.text([8, 12 * CELL + 4], &format!("dx {dx}, dy {dy}: d = 2 dy - dx"), [170, 170, 170, 255]);
         Ok(())
     })
 }

@@ -44,7 +44,7 @@ fn main() -> ExitCode {
                 client.send(Command::Material(Box::new(paint)));
                 client.draw(wall);
             }
-            client.text(x + 8, y + SIZE[1] + 4, [200, 200, 200, 255], name);
+            client.text([x + 8, y + SIZE[1] + 4], name, [200, 200, 200, 255]);
         }
         Ok(())
     })

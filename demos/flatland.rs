@@ -44,12 +44,12 @@ fn main() -> ExitCode {
             client.line(place(&[0.0, 0.0]), place(&[length, c * length]), color);
             // The pixel of this ray in the eye's picture.
             let [red, green, blue] = picture.color[j];
-            client.fill_rect(j as i32 * 24, 400, 24, 40, opaque([red, green, blue]));
+            client.fill_rect([j as i32 * 24, 400, 24, 40], opaque([red, green, blue]));
         }
         for facet in &scene.facets {
             client.line(place(&facet.v[0]), place(&facet.v[1]), opaque(facet.color));
         }
-        client.text(8, 8, [160, 160, 160, 255], "the plane; below, what the eye sees of it");
+        client.text([8, 8], "the plane; below, what the eye sees of it", [160, 160, 160, 255]);
         Ok(())
     })
 }

@@ -71,7 +71,7 @@ fn main() -> ExitCode {
                 line(client, &outside, corner(i), corner(i | 1 << bit), [230, 230, 240, 255]);
             }
         }
-        client.text(8, 8, [170, 170, 170, 255], &format!("3 corners in, {} out", left.len()));
+        client.text([8, 8], &format!("3 corners in, {} out", left.len()), [170, 170, 170, 255]);
         Ok(())
     })
 }

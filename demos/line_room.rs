@@ -74,7 +74,7 @@ fn main() -> ExitCode {
         let extra = rows.len().saturating_sub(ROWS as usize * stride);
         rows.drain(..extra);
         let count = (rows.len() / stride) as i32;
-        client.blit(0, ROWS - count, WIDTH, count, rows.clone());
+        client.blit([0, ROWS - count, WIDTH, count], rows.clone());
         Ok(())
     })
 }

@@ -22,14 +22,13 @@ fn main() -> ExitCode {
             };
             let hue = |shift: i32| (255 - ((i + shift) % 64 - 32).abs() * 8).clamp(0, 255) as u8;
             let far = [hue(0), hue(21), hue(42), 255];
-            client.ramp(centre, [centre[0] + x, centre[1] + y], [255; 4], far);
+            client.line(centre, [centre[0] + x, centre[1] + y], [[255; 4], far]);
         }
         // Clipping: a line that leaves the frame lights the same pixels as the unclipped line.
-        client.ramp(
+        client.line(
             [-2_000_000_000, SIDE - 4],
             [2_000_000_000, SIDE - 4],
-            [255, 0, 0, 255],
-            [0, 255, 0, 255],
+            [[255, 0, 0, 255], [0, 255, 0, 255]],
         );
         client.line([4, -2_000_000_000], [4, 2_000_000_000], [80, 80, 80, 255]);
         Ok(())

@@ -20,7 +20,7 @@ fn main() -> ExitCode {
         for y in 0..SIDE {
             for x in 0..SIDE {
                 let number = SIDE * y + x;
-                client.pixel(x as i32, y as i32, [y as u8, x as u8, (number / 61) as u8, 255]);
+                client.put_pixel(x as i32, y as i32, [y as u8, x as u8, (number / 61) as u8, 255]);
             }
         }
         // POKE takes an offset. The next row is SIDE * 4 bytes on, the next pixel to the right is
@@ -39,8 +39,8 @@ fn main() -> ExitCode {
                 }
             }
         }
-        client.text(53, 44, [255; 4], "offset =");
-        client.text(53, 53, [255, 255, 0, 255], "(width*y + x) * 4");
+        client.text([53, 44], "offset =", [255; 4]);
+        client.text([53, 53], "(width*y + x) * 4", [255, 255, 0, 255]);
         // The first byte of a pixel is its red: every fourth byte of the last 16 rows.
         for number in SIDE * (SIDE - 16)..SIDE * SIDE {
             poke(FbPtr::new(u64::from(number) * 4), vec![255]);

@@ -26,8 +26,8 @@ fn main() -> ExitCode {
             let scene = demo.scene(tesseract).expect("the stage fits the tesseract");
             let picture = eye::render_with(&scene, Fibre::Exact, &threads).expect("no fan, no refusal");
             let (_, pixels) = eye::contact_sheet(&picture);
-            client.blit(x, 0, SIDE, SIDE, pixels.into_flattened());
-            client.text(x + 8, SIDE + 6, [170, 170, 170, 255], name);
+            client.blit([x, 0, SIDE, SIDE], pixels.into_flattened());
+            client.text([x + 8, SIDE + 6], name, [170, 170, 170, 255]);
         }
         Ok(())
     })

@@ -42,7 +42,7 @@ fn main() -> ExitCode {
                 client.send(Command::Translate(place));
                 client.draw("pane");
             }
-            client.text(x + 8, SIDE + 4, [60, 60, 60, 255], name);
+            client.text([x + 8, SIDE + 4], name, [60, 60, 60, 255]);
         }
         Ok(())
     })

@@ -25,7 +25,7 @@ fn main() -> ExitCode {
         client.send(Command::Identity);
         client.rotate(DVec3::new(1.0, 2.0, 0.5), 0.6 + frame as f64 * 0.02);
         client.draw("cube");
-        client.text(8, 224, [120, 120, 120, 255], "12 edges, each once");
+        client.text([8, 224], "12 edges, each once", [120, 120, 120, 255]);
         Ok(())
     })
 }

@@ -43,7 +43,7 @@ fn main() -> ExitCode {
             Target { memory: &mut memory, depth: &mut depth, depth_format: DepthFormat::F32, ids: None };
         draw(&mut target, &call).expect("the teapot can be drawn");
         client.clear([0, 0, 0, 255]);
-        client.blit(0, 0, SIDE as i32, SIDE as i32, memory.bytes().to_vec());
+        client.blit([0, 0, SIDE as i32, SIDE as i32], memory.bytes().to_vec());
         let depth = depth.expect("the z-buffer needs depths");
         let z = |i: u32| depth.z((i % SIDE) as i32, (i / SIDE) as i32).expect("inside");
         let gray = |i: u32| {
@@ -51,10 +51,10 @@ fn main() -> ExitCode {
             let v = if z(i) < 1.0 { (255.0 * (1.0 - z(i)) / 0.62).clamp(20.0, 255.0) as u8 } else { 0 };
             [v, v, v, 255]
         };
-        client.blit(SIDE as i32, 0, SIDE as i32, SIDE as i32, (0..SIDE * SIDE).flat_map(gray).collect());
+        client.blit([SIDE as i32, 0, SIDE as i32, SIDE as i32], (0..SIDE * SIDE).flat_map(gray).collect());
         let text = format!("{} of {count} faces", shown.min(count));
-        client.text(8, SIDE as i32 + 4, [170, 170, 170, 255], &text);
-        client.text(SIDE as i32 + 8, SIDE as i32 + 4, [170, 170, 170, 255], "what the z-buffer holds");
+        client.text([8, SIDE as i32 + 4], &text, [170, 170, 170, 255]);
+        client.text([SIDE as i32 + 8, SIDE as i32 + 4], "what the z-buffer holds", [170, 170, 170, 255]);
         Ok(())
     })
 }

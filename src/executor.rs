@@ -5,9 +5,20 @@
 //! each piece has run once, in any order, possibly in parallel; so the result does not depend on
 //! the threads. Once the token is cancelled no piece starts: the output is then incomplete, and the
 //! caller checks [`Executor::is_cancelled`] before reading it. No thread is started here.
+//!
+//! The pool is rayon's. Without the feature `threads` there is none, and the same calls run on the
+//! calling thread (`serial`).
+
+#[cfg(not(feature = "threads"))]
+mod serial;
+
+#[cfg(feature = "threads")]
+pub use rayon::{ThreadPool, join, prelude};
+#[cfg(not(feature = "threads"))]
+pub use serial::{ThreadPool, join, prelude};
 
 use crate::cancel::CancelToken;
-use rayon::prelude::*;
+use prelude::*;
 use std::sync::Arc;
 
 /// A piece of work that may run on any thread.
@@ -17,19 +28,19 @@ pub type Task<'a> = Box<dyn FnOnce() + Send + 'a>;
 #[derive(Clone, Debug, Default)]
 pub struct Executor {
     /// Threads shared between renderers; `None` for the calling thread.
-    pool: Option<Arc<rayon::ThreadPool>>,
+    pool: Option<Arc<ThreadPool>>,
     cancel: CancelToken,
 }
 
 impl Executor {
     /// Creates an executor on the threads of `pool`, or on the calling thread.
-    pub fn new(pool: Option<Arc<rayon::ThreadPool>>, cancel: CancelToken) -> Self {
+    pub fn new(pool: Option<Arc<ThreadPool>>, cancel: CancelToken) -> Self {
         Executor { pool, cancel }
     }
 
     /// Creates an executor that is never cancelled, on the threads of `pool` or on the calling
     /// thread.
-    pub fn of_pool(pool: Option<Arc<rayon::ThreadPool>>) -> Self {
+    pub fn of_pool(pool: Option<Arc<ThreadPool>>) -> Self {
         Executor { pool, cancel: CancelToken::default() }
     }
 
@@ -39,7 +50,7 @@ impl Executor {
     }
 
     /// Returns the pool; `None` if the calling thread does the work.
-    pub fn pool(&self) -> Option<&Arc<rayon::ThreadPool>> {
+    pub fn pool(&self) -> Option<&Arc<ThreadPool>> {
         self.pool.as_ref()
     }
 
@@ -126,7 +137,7 @@ mod tests {
     use super::*;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    fn pool(threads: usize) -> Option<Arc<rayon::ThreadPool>> {
+    fn pool(threads: usize) -> Option<Arc<ThreadPool>> {
         Some(Arc::new(rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()))
     }
 

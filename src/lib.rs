@@ -1,5 +1,18 @@
 //! An emulated video memory that programs draw into by commands.
 //!
+//! ```
+//! let mut fb = fbptr::Framebuffer::new(64, 48)?;
+//! fb.clear([0, 0, 64, 255]);
+//! fb.line([0, 0], [63, 47], [255, 255, 0, 255]);
+//! fb.text([2, 2], "hello", [255, 255, 255, 255]);
+//! assert_eq!(fb.get_pixel(0, 0)?, [255, 255, 0, 255]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A [`Framebuffer`] draws on the calling thread, [`run`] shows one in a window, and a
+//! [`RenderThread`] draws for many clients at once. `docs/library.md` has golden tests in eight
+//! lines, a game in forty, and the features that a small build leaves out.
+//!
 //! # How a picture is made
 //!
 //! ## 1 Point
@@ -37,7 +50,7 @@
 //!
 //! A pixel belongs to a triangle if its centre does; on a shared edge exactly one of the two
 //! triangles has it. Corners are snapped to 1/256 pixel and everything else is computed in
-//! integers: [`draw2d::fill`], [`math::coverage`].
+//! integers: [`draw2d::fill`].
 //!
 //! ```
 //! # use fbptr::{draw2d::{self, AreaColors, Blend}, memory::VideoMemory};
@@ -125,27 +138,34 @@
 //! same process:
 //!
 //! ```
-//! use fbptr::server::{Engine, Finish, RenderThread};
+//! # #[cfg(feature = "server")] {
+//! use fbptr::{Finish, RenderThread};
 //!
-//! let thread = RenderThread::start(Engine::new(64, 48)?)?;
+//! let thread = RenderThread::new(64, 48)?;
 //! let client = thread.client();
 //! client.line([0, 0], [63, 47], [255, 255, 0, 255]);
 //! assert_eq!(client.snapshot()?.get_pixel(0, 0)?, [255, 255, 0, 255]);
 //! thread.finish(Finish::Now);
+//! # }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The modules below are listed by layer; imports go down only (`tests/cli/layers.rs` checks it).
+//! Modules that only the program needs are public, but hidden here and free to change. All modules
+//! are listed by layer in the source; imports go down only (`tests/cli/layers.rs` checks it).
 #![deny(unsafe_code)]
 #![deny(missing_docs)]
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
 
 // 0: numbers, kernels, threads, error codes
+#[doc(hidden)]
 pub mod cancel;
 pub mod error;
+#[doc(hidden)]
 pub mod executor;
+#[doc(hidden)]
 pub mod math;
+#[doc(hidden)]
 pub mod simd;
 // 1: video memory and scene data
 pub mod memory;
@@ -154,23 +174,56 @@ pub mod scene;
 pub mod draw2d;
 pub mod eye;
 pub mod pipeline;
+#[cfg(feature = "truth")]
+#[doc(hidden)]
 pub mod truth;
 // 3: commands and files, without a thread
 pub mod command;
 pub mod load;
 pub mod save;
+// 3: a frame with everything that draws on it
+#[doc(hidden)]
+pub mod framebuffer;
 // 4: the render thread
+#[cfg(feature = "server")]
+#[doc(hidden)]
 pub mod server;
 // 5: the viewer and the measurements
+#[cfg(feature = "lab")]
+#[doc(hidden)]
 pub mod measure;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
 pub mod viewer;
 // 6: the screen
 #[cfg(feature = "window")]
+#[doc(hidden)]
 pub mod window;
 // 7: the command line
+#[cfg(feature = "cli")]
+#[doc(hidden)]
 pub mod cli;
 
+pub use cancel::CancelToken;
+pub use executor::{Executor, ThreadPool};
+pub use framebuffer::{DrawState, Drawable, Framebuffer};
+/// Vectors and matrices, in the version whose types the functions here take.
+pub use glam;
+pub use memory::{Rgba, VideoMemory};
+pub use pipeline::Renderer;
+pub use scene::{Camera, Geometry, Light, Material, Mesh, Scene};
+#[cfg(feature = "server")]
+pub use server::{Client, Finish, RenderThread};
+pub use simd::Level;
+#[cfg(feature = "window")]
+pub use window::{FrameInput, WindowError, program::run};
+
 /// Compiles the README's examples as doc tests.
-#[cfg(doctest)]
+#[cfg(all(doctest, feature = "server"))]
 #[doc = include_str!("../README.md")]
 struct ReadmeExamples;
+
+/// Compiles the examples of the page about the library as doc tests.
+#[cfg(all(doctest, feature = "server", feature = "window"))]
+#[doc = include_str!("../docs/library.md")]
+struct LibraryExamples;

@@ -72,9 +72,29 @@ pub struct RealRect {
     pub h: f64,
 }
 
+impl From<[i32; 4]> for Rect {
+    /// Takes left, top, width and height.
+    fn from([x, y, w, h]: [i32; 4]) -> Self {
+        Rect { x, y, w, h }
+    }
+}
+
 impl From<Rect> for RealRect {
     fn from(r: Rect) -> Self {
-        let [x, y, w, h] = [r.x, r.y, r.w, r.h].map(f64::from);
+        [r.x, r.y, r.w, r.h].into()
+    }
+}
+
+impl From<[i32; 4]> for RealRect {
+    /// Takes left, top, width and height.
+    fn from(r: [i32; 4]) -> Self {
+        r.map(f64::from).into()
+    }
+}
+
+impl From<[f64; 4]> for RealRect {
+    /// Takes left, top, width and height.
+    fn from([x, y, w, h]: [f64; 4]) -> Self {
         RealRect { x, y, w, h }
     }
 }
@@ -88,6 +108,18 @@ pub struct RampColor {
     pub to: Option<Rgba>,
 }
 
+impl From<Rgba> for RampColor {
+    fn from(from: Rgba) -> Self {
+        RampColor { from, to: None }
+    }
+}
+
+impl From<[Rgba; 2]> for RampColor {
+    fn from([from, to]: [Rgba; 2]) -> Self {
+        RampColor { from, to: Some(to) }
+    }
+}
+
 /// Colours of a triangle: one, or one for each corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum AreaColors {
@@ -95,6 +127,18 @@ pub enum AreaColors {
     One(Rgba),
     /// One colour for each corner, interpolated between them.
     Three([Rgba; 3]),
+}
+
+impl From<Rgba> for AreaColors {
+    fn from(color: Rgba) -> Self {
+        AreaColors::One(color)
+    }
+}
+
+impl From<[Rgba; 3]> for AreaColors {
+    fn from(corners: [Rgba; 3]) -> Self {
+        AreaColors::Three(corners)
+    }
 }
 
 /// Returns the drawable rows of the frame (all, or the current band) as a clip rectangle.

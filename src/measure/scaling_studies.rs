@@ -120,7 +120,7 @@ pub(super) fn clients(effort: &Effort) -> Vec<Scaling> {
                     scope.spawn(move || {
                         for k in 0..RECTS / count {
                             let (x, y) = ((k * 7 % 600) as i32, (i as i32 * 31 + k as i32) % 440);
-                            client.fill_rect(x, y, 40, 40, [k as u8, i as u8, 90, 255]);
+                            client.fill_rect([x, y, 40, 40], [k as u8, i as u8, 90, 255]);
                         }
                         // If the client's connection is closed, there is no work to wait for.
                         let _ = client.sync();

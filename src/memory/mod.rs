@@ -14,6 +14,7 @@ mod compositing;
 mod depth;
 mod fbptr;
 mod pick_buffer;
+#[cfg(feature = "server")]
 mod shared;
 mod video;
 
@@ -26,5 +27,6 @@ pub(crate) use depth::{DEPTH_CELL, DepthCells};
 pub use depth::{DepthFormat, DepthMemory, DepthWords};
 pub use fbptr::FbPtr;
 pub use pick_buffer::PickBuffer;
+#[cfg(feature = "server")]
 pub use shared::{SHARED_HEADER_BYTES, SHARED_MAGIC, SharedError, SharedFile};
 pub use video::{MAX_SIDE, MemoryError, Rgba, VideoMemory};

@@ -104,6 +104,7 @@ impl VideoMemory {
     }
 
     /// Creates a frame without pixels, in the place of one that is lent.
+    #[cfg(feature = "server")]
     pub(crate) fn vacant() -> Self {
         VideoMemory { width: 0, height: 0, bytes: Aligned::default(), damage: NO_ROWS, window: 0..0 }
     }

@@ -35,6 +35,8 @@ mod plane_equation;
 mod planner;
 mod preemption;
 mod prepared_draw;
+#[cfg(feature = "truth")]
+#[doc(hidden)]
 pub mod quality;
 mod reference;
 mod renderer;

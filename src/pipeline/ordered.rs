@@ -20,9 +20,9 @@ use super::tile::BlendedFace;
 use super::tile_frontend::{BlendedRaster, BlendedSetup, DrawContext};
 use super::working::FACE_ENTRY_BYTES;
 use crate::cancel::CancelToken;
+use crate::executor::{join, prelude::*};
 use crate::math::coverage::PixelRect;
 use crate::simd::Level;
-use rayon::prelude::*;
 use std::fmt;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
@@ -225,7 +225,7 @@ impl Work<'_, '_> {
         }
         let middle = rows.start + (rows.len() as u32 / 2).next_multiple_of(BAND_ROWS);
         let (above, below) = target_rows.split(middle);
-        let (a, b) = rayon::join(
+        let (a, b) = join(
             || self.share(above, rows.start..middle, slice),
             || self.share(below, middle..rows.end, slice),
         );

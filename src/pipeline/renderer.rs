@@ -24,12 +24,11 @@ use super::tile_frontend::{DrawBatch, DrawContext, binding_bytes};
 use super::working::{Working, WorkingBytes, WorkingMemory};
 use super::worst_case::{ListLimits, SMALL_FACES, at_worst, small_at_worst};
 use crate::cancel::CancelToken;
-use crate::executor::Executor;
+use crate::executor::{Executor, ThreadPool, prelude::*};
 use crate::memory::{MemoryBudget, OverBudget, Rgba, VideoMemory};
 use crate::scene::{Scene, ShadeMode};
 use crate::simd::{Level, fill_pixels};
 use cache::Cache;
-use rayon::prelude::*;
 use std::sync::Arc;
 use workspace::Workspace;
 
@@ -37,7 +36,7 @@ use workspace::Workspace;
 #[derive(Clone, Debug, Default)]
 pub struct RenderOptions {
     /// Thread pool that shares the work; `None` for the calling thread alone.
-    pub pool: Option<Arc<rayon::ThreadPool>>,
+    pub pool: Option<Arc<ThreadPool>>,
     /// SIMD level of the kernels; `None` for the best that this CPU has.
     pub simd: Option<Level>,
     /// The code path that draws.

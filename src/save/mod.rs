@@ -8,11 +8,13 @@
 mod atomic;
 mod formats;
 pub mod golden;
+#[cfg(feature = "movies")]
 mod movie;
 mod temporary;
 
 pub use atomic::atomically;
 pub use formats::{SnapshotFormat, check_depth_path, crc32, depth_to_path, pfm, png, ppm, raw, to_path};
+#[cfg(feature = "movies")]
 pub use movie::{MOVIE_ENDINGS, Movie, MovieFormat, numbered_path};
 #[cfg(unix)]
 pub(crate) use temporary::{hold, temporary_name};

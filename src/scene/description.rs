@@ -41,6 +41,19 @@ pub struct Geometry {
     pub textures: Vec<Option<Arc<Texture>>>,
 }
 
+impl From<Mesh> for Geometry {
+    /// Takes a mesh whose materials have no textures.
+    fn from(mesh: Mesh) -> Self {
+        Geometry { textures: vec![None; mesh.materials.len()], mesh }
+    }
+}
+
+impl From<Mesh> for Arc<Geometry> {
+    fn from(mesh: Mesh) -> Self {
+        Arc::new(mesh.into())
+    }
+}
+
 /// Background of one colour.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Background {

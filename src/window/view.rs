@@ -3,6 +3,7 @@
 //! Uses no window system: keys and pointer positions come in, words go out, so all of it is tested
 //! without a screen.
 
+use super::frame_input::key_name;
 use super::keys::{self, Action};
 use super::layout::{Layout, Scaling};
 use super::overlay::{self, Canvas, Corner};
@@ -269,15 +270,6 @@ impl View {
         let [r, g, b, a] = info.rgba;
         let depth = info.depth.map_or_else(|| "-".into(), |z| format!("{z:.6}"));
         Some(format!("x {x} y {y} {} R {r} G {g} B {b} A {a} depth {depth}", info.offset))
-    }
-}
-
-/// Returns the key's name in `EVENT` lines: minifb's name in lower case, digits as themselves.
-fn key_name(key: Key) -> String {
-    let name = format!("{key:?}").to_ascii_lowercase();
-    match name.strip_prefix("key") {
-        Some(digit) => digit.to_string(),
-        None => name,
     }
 }
 

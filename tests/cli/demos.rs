@@ -31,7 +31,7 @@ fn programs() -> &'static Path {
             None => panic!("{} is no folder of a profile", profile.display()),
         }
         if !cfg!(feature = "window") {
-            cargo.arg("--no-default-features");
+            cargo.args(["--no-default-features", "--features", "cli"]);
         }
         assert!(cargo.status().expect("cargo runs").success(), "the demos do not build");
         profile.join("examples")

@@ -63,3 +63,22 @@ fn the_readme_keeps_to_its_length_and_shows_a_picture_first() {
     let picture = text.find("](docs/pictures/").expect("a picture");
     assert!(text[..picture].lines().count() < 5);
 }
+
+/// Returns the code blocks of a page, without the lines of backticks.
+fn code_blocks(text: &str) -> Vec<&str> {
+    text.split("\n```").skip(1).step_by(2).map(|block| block.split_once('\n').map_or("", |b| b.1)).collect()
+}
+
+#[test]
+fn the_library_page_shows_a_golden_test_in_eight_lines_and_a_game_in_forty() {
+    let page = std::fs::read_to_string(root().join("docs/library.md")).expect("there is one");
+    let blocks = code_blocks(&page);
+    let lines_of = |what: &str| {
+        let found = blocks.iter().find(|block| block.contains(what));
+        found.unwrap_or_else(|| panic!("no block with {what}")).lines().count()
+    };
+    assert!(lines_of("assert_golden") <= 8 && lines_of("paddles") <= 40);
+    // The golden test is compiled and run by tests/files; the rest of the page are doc tests.
+    let compiled = include_str!("../files/golden_example.rs");
+    assert!(blocks.iter().any(|block| block.trim_end() == compiled.trim_end()));
+}

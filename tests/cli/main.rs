@@ -1,6 +1,7 @@
 //! The programs and pages as users meet them: commands, demos, movies, the report, the docs, and
 //! the layers of the sources.
 
+mod api;
 mod demos;
 mod docs;
 mod functions;

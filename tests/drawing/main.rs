@@ -9,6 +9,7 @@ mod coarse;
 mod fast_forms;
 mod fast_path;
 mod fragments;
+mod framebuffer;
 mod hard_cases;
 mod pipeline_truth;
 mod plan_paths;

@@ -6,6 +6,8 @@
 mod animation;
 mod files;
 mod geometry;
+// The golden test of docs/library.md, as it stands there.
+mod golden_example;
 mod groups;
 mod hard;
 mod made;

@@ -211,7 +211,7 @@ fn a_large_payload_goes_on_beside_a_client_that_needs_no_socket() {
             while !is_over.load(Ordering::Relaxed) {
                 match is_flooding.load(Ordering::Relaxed) {
                     // Each takes longer to draw than to send, so that some are always queued.
-                    true => client.fill_rect(0, SIDE as i32, SIDE as i32, BELOW as i32, [1, 2, 3, 255]),
+                    true => client.fill_rect([0, SIDE as i32, SIDE as i32, BELOW as i32], [1, 2, 3, 255]),
                     false => std::thread::yield_now(),
                 }
             }

@@ -159,7 +159,7 @@ fn an_in_process_client_presents_and_hears_of_its_errors() {
     engine.attach(DisplayObserver::new(display.clone()));
     let thread = RenderThread::start(engine).unwrap();
     let client = thread.client();
-    client.pixel(0, 0, [0x66, 0, 0, 255]);
+    client.put_pixel(0, 0, [0x66, 0, 0, 255]);
     let window = std::thread::spawn({
         let display = display.clone();
         move || {
@@ -174,7 +174,7 @@ fn an_in_process_client_presents_and_hears_of_its_errors() {
     assert_eq!(client.present(), Ok(1));
     window.join().unwrap();
     client.draw("nothing");
-    client.fill_rect(0, 0, -1, 1, [0; 4]);
+    client.fill_rect([0, 0, -1, 1], [0; 4]);
     let fault = client.sync().unwrap_err();
     assert_eq!((fault.code.as_str(), fault.token.as_deref()), ("ENOENT", Some("nothing")));
     assert_eq!(client.sync(), Ok(()));

@@ -7,6 +7,7 @@
 
 mod events;
 mod fullscreen;
+mod program;
 mod screen;
 #[path = "../support/tools.rs"]
 mod tools;

@@ -3,6 +3,7 @@
 use super::Renderer;
 use super::workspace::SceneLists;
 use crate::cancel::CancelToken;
+use crate::executor::prelude::*;
 use crate::pipeline::backdrop::{paint, paint_sky};
 use crate::pipeline::depth_sort::{FaceOrder, recycle};
 use crate::pipeline::draw_call::{Backend, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
@@ -14,7 +15,6 @@ use crate::pipeline::prepared_draw::{Layer, PreparedDraw, RecycledLists};
 use crate::pipeline::scene::{each_call, leaves_depth_out};
 use crate::pipeline::scene_plan::{in_order, object_bytes};
 use crate::scene::{CameraMatrices, HiddenSurface, Scene, ShadeMode, TransparencyOrder};
-use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Number of objects that are prepared between two preemption points.

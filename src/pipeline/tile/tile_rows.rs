@@ -17,7 +17,7 @@ use super::resolve::ResolveKernel;
 use super::scratch::Scratch;
 use super::tile_buffers::{ID_STRIDE, Ids, NO_FACE, Tile};
 use super::traverse::{RasterKernel, RasterStats};
-use crate::executor::Executor;
+use crate::executor::{Executor, join};
 use crate::math::coverage::PixelRect;
 use crate::memory::DepthCells;
 use crate::pipeline::draw_call::{CoarseDepth, DrawStats};
@@ -431,7 +431,7 @@ fn share(
             lower();
         }
         Some(_) => {
-            rayon::join(upper, lower);
+            join(upper, lower);
         }
     }
 }

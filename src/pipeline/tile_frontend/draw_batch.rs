@@ -9,6 +9,7 @@
 
 use super::draw_inputs::DrawInputs;
 use super::{DrawContext, FEW_FACES, TileWorkspace, frame_of};
+use crate::executor::prelude::*;
 use crate::memory::DepthFormat;
 use crate::pipeline::depth_sort::recycle;
 use crate::pipeline::draw_call::{DrawStats, Target};
@@ -16,7 +17,6 @@ use crate::pipeline::plan::Part;
 use crate::pipeline::preemption::Slice;
 use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::tile::{self, Binned, Binning, Counts, ListBytes, RowProgress};
-use rayon::prelude::*;
 use std::fmt;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 

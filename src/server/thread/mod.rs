@@ -20,6 +20,7 @@ use super::session::Audience;
 use super::transport::{Link, Poller};
 use super::workers::DRAW_STACK_BYTES;
 use crate::cancel::CancelToken;
+use crate::error::{Code, Fault};
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use scheduler::Scheduler;
 use std::sync::Arc;
@@ -57,6 +58,16 @@ pub struct RenderThread {
 }
 
 impl RenderThread {
+    /// Starts the thread with a frame of `width` x `height` pixels, opaque black, and the usual
+    /// limits.
+    ///
+    /// # Errors
+    /// If the frame cannot be made, or the thread cannot be started.
+    pub fn new(width: u32, height: u32) -> Result<RenderThread, Fault> {
+        let started = RenderThread::start(Engine::new(width, height)?);
+        started.map_err(|e| Fault::new(Code::Quota, format!("the render thread cannot be started: {e}")))
+    }
+
     /// Starts the thread.
     ///
     /// # Errors

@@ -17,6 +17,7 @@ pub const ROOMS: Edges = &[
     ("command", &["draw2d", "error", "memory", "scene", "simd"]),
     ("load", &["cancel", "draw2d", "error", "math", "memory", "pipeline", "save", "scene"]),
     ("save", &["error", "memory"]),
+    ("framebuffer", &["draw2d", "load", "memory", "pipeline", "save", "scene"]),
     (
         "server",
         &[
@@ -32,7 +33,7 @@ pub const ROOMS: Edges = &[
         "measure",
         &["draw2d", "executor", "eye", "math", "memory", "pipeline", "scene", "server", "simd", "truth"],
     ),
-    ("window", &["draw2d", "memory", "save", "server", "simd", "viewer"]),
+    ("window", &["draw2d", "framebuffer", "memory", "save", "server", "simd", "viewer"]),
     (
         "cli",
         &[

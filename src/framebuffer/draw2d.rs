@@ -1,0 +1,148 @@
+//! Pixels, bytes and figures of two dimensions: one method for each verb.
+
+use super::Framebuffer;
+use crate::draw2d::{self, AreaColors, Blend, DrawError, RampColor, RealRect, Rect};
+use crate::memory::{FbPtr, MemoryError, Rgba};
+
+/// Pixels and bytes. Blocks of bytes are stored unchanged, whatever the blend mode.
+impl Framebuffer {
+    /// Draws one pixel, as `PX x y colour` does; does nothing off the frame.
+    #[doc(alias = "putPixel")]
+    pub fn put_pixel(&mut self, x: i32, y: i32, color: Rgba) {
+        draw2d::put_pixel(&mut self.memory, x, y, color, self.blend);
+    }
+
+    /// Reads one pixel, as `PX x y` does.
+    ///
+    /// # Errors
+    /// If the pixel is outside the frame.
+    pub fn get_pixel(&self, x: i32, y: i32) -> Result<Rgba, MemoryError> {
+        self.memory.get_pixel(x, y)
+    }
+
+    /// Writes bytes at a byte offset, (width * y + x) * 4 for pixel (x, y), as `POKE` does.
+    ///
+    /// # Errors
+    /// If a byte is outside the memory; nothing is then written.
+    pub fn poke(&mut self, offset: u64, bytes: &[u8]) -> Result<(), MemoryError> {
+        self.memory.poke(FbPtr::new(offset), bytes)
+    }
+
+    /// Returns `n` bytes from a byte offset on, as `PEEK` does.
+    ///
+    /// # Errors
+    /// If a byte is outside the memory.
+    pub fn peek(&self, offset: u64, n: usize) -> Result<&[u8], MemoryError> {
+        self.memory.peek(FbPtr::new(offset), n)
+    }
+
+    /// Draws a rectangle of RGBA rows, as `BLIT` does.
+    ///
+    /// # Errors
+    /// If a side is negative, or `rgba` is not width * height * 4 bytes long.
+    pub fn blit(&mut self, rect: impl Into<Rect>, rgba: &[u8]) -> Result<(), DrawError> {
+        draw2d::blit(&mut self.memory, rect.into(), rgba, Blend::Replace)
+    }
+
+    /// Returns the RGBA rows of a rectangle, as `READ` does.
+    ///
+    /// # Errors
+    /// If a side is negative, or the rectangle is not entirely inside the frame.
+    pub fn read(&self, rect: impl Into<Rect>) -> Result<Vec<u8>, DrawError> {
+        draw2d::read(&self.memory, rect.into())
+    }
+
+    /// Copies a rectangle to the place with the upper left corner `dest`, as `COPY` does.
+    ///
+    /// # Errors
+    /// If a side is negative, or the source is not entirely inside the frame.
+    pub fn copy(&mut self, source: impl Into<Rect>, dest: [i32; 2]) -> Result<(), DrawError> {
+        draw2d::copy(&mut self.memory, source.into(), dest, Blend::Replace)
+    }
+
+    /// Draws packed pixels, as `POINTS` does: 8 bytes each, x and y as u16 little-endian, r, g, b,
+    /// a.
+    ///
+    /// # Errors
+    /// If the bytes end within a pixel.
+    pub fn points(&mut self, packed: &[u8]) -> Result<(), DrawError> {
+        draw2d::points(&mut self.memory, packed, Blend::Replace)
+    }
+
+    /// Stores a run of RGBA pixels from (x, y) on, over the ends of rows, as `PXMULTI` does.
+    pub fn pixel_run(&mut self, x: u16, y: u16, rgba: &[u8]) {
+        draw2d::pixel_run(&mut self.memory, x, y, rgba);
+    }
+}
+
+/// Lines, areas and text. Colours are those of the whole figure, or of its ends or corners.
+impl Framebuffer {
+    /// Draws a line, both ends included, as `LINE` does. Two colours are a ramp between the ends.
+    pub fn line(&mut self, p0: [i32; 2], p1: [i32; 2], color: impl Into<RampColor>) {
+        draw2d::line(&mut self.memory, p0, p1, color.into(), self.blend);
+    }
+
+    /// Draws an anti-aliased line by exact coverage, as `LINEAA` does.
+    pub fn line_aa(&mut self, p0: [f64; 2], p1: [f64; 2], color: Rgba) {
+        draw2d::line_aa(&mut self.memory, p0, p1, color);
+    }
+
+    /// Draws the three lines of a triangle, as `TRI` does.
+    pub fn triangle(&mut self, points: [[i32; 2]; 3], colors: impl Into<AreaColors>) {
+        draw2d::triangle_outline(&mut self.memory, points, colors.into(), self.blend);
+    }
+
+    /// Fills a triangle, as `FILL` does. Three colours are interpolated between the corners.
+    pub fn fill(&mut self, points: [[f64; 2]; 3], colors: impl Into<AreaColors>) {
+        draw2d::fill(&mut self.memory, points, colors.into(), self.blend);
+    }
+
+    /// Draws the border of a rectangle, as `RECT` does.
+    ///
+    /// # Errors
+    /// If a side is negative.
+    pub fn rect(&mut self, rect: impl Into<Rect>, color: Rgba) -> Result<(), DrawError> {
+        draw2d::rect(&mut self.memory, rect.into(), color, self.blend)
+    }
+
+    /// Fills the pixels whose centres lie in a rectangle, as `FILLRECT` does.
+    ///
+    /// # Errors
+    /// If a side is negative.
+    pub fn fill_rect(&mut self, rect: impl Into<RealRect>, color: Rgba) -> Result<(), DrawError> {
+        draw2d::fill_rect(&mut self.memory, rect, color, self.blend)
+    }
+
+    /// Draws a circle about a pixel, as `CIRCLE` does.
+    ///
+    /// # Errors
+    /// If the radius is negative.
+    pub fn circle(&mut self, center: [i32; 2], radius: i32, color: Rgba) -> Result<(), DrawError> {
+        draw2d::circle(&mut self.memory, center, radius, color, self.blend)
+    }
+
+    /// Fills the pixels whose centres are nearer than `radius` to a point, as `FILLCIRCLE` does.
+    ///
+    /// # Errors
+    /// If the radius is negative.
+    pub fn fill_circle(&mut self, center: [f64; 2], radius: f64, color: Rgba) -> Result<(), DrawError> {
+        draw2d::fill_circle(&mut self.memory, center, radius, color, self.blend)
+    }
+
+    /// Draws a closed outline, as `POLY` does.
+    pub fn poly(&mut self, points: &[[i32; 2]], color: Rgba) {
+        draw2d::poly(&mut self.memory, points, color, self.blend);
+    }
+
+    /// Fills a polygon by the even-odd rule, as `FILLPOLY` does.
+    pub fn fill_poly(&mut self, points: &[[f64; 2]], color: Rgba) {
+        draw2d::fill_poly(&mut self.memory, points, color, self.blend);
+    }
+
+    /// Draws text in the built-in font of 8x8 pixels, as `TEXT` does; `at` is the upper left corner
+    /// of its first character. A line feed begins a new line.
+    pub fn text(&mut self, at: [i32; 2], text: &str, color: Rgba) {
+        draw2d::text(&mut self.memory, at, text.as_bytes(), color, self.blend)
+            .expect("only bytes that are not UTF-8 are refused");
+    }
+}

@@ -1,0 +1,69 @@
+//! Files: meshes in, pictures out, and the comparison with golden pictures.
+
+use super::Framebuffer;
+use crate::load::{self, FilePosition, LoadError, LoadErrorKind, SandboxDir, path_inside};
+use crate::save::golden::{self, Tolerance};
+use crate::save::{self, SaveError};
+use crate::scene::Geometry;
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Size limit of a mesh file and of each file that it names, in bytes.
+const MAX_FILE_BYTES: u64 = 4 << 30;
+
+impl Framebuffer {
+    /// Reads a mesh from an OBJ file, with the materials and textures that it names in its own
+    /// folder. Parts that a renderer can do without (a missing texture, an unknown statement) are
+    /// left out; [`load::obj::parse`] returns them as warnings.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or has an error.
+    pub fn load_obj(&self, path: impl AsRef<Path>) -> Result<Arc<Geometry>, LoadError> {
+        let path = path.as_ref();
+        let name = path.display().to_string();
+        let refused = |kind| LoadError::new(FilePosition::file(name.as_str()), kind);
+        let bytes = std::fs::read(path).map_err(|e| {
+            refused(match e.kind() {
+                io::ErrorKind::NotFound => LoadErrorKind::Missing { what: "file", name: name.clone() },
+                _ => LoadErrorKind::Undecodable { format: "file", reason: e.to_string() },
+            })
+        })?;
+        let folder = path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
+        let folder = SandboxDir::open(folder).ok();
+        let mut beside = |name: &str| {
+            let inside = path_inside("", name)?;
+            folder.as_ref()?.read(&inside, MAX_FILE_BYTES).ok()
+        };
+        load::obj::parse(&bytes, &mut beside, &name).map(|loaded| Arc::new(loaded.geometry))
+    }
+
+    /// Writes the frame to a file, in the format of its name's ending: `.png`, `.ppm` or `.raw`.
+    /// The file is replaced atomically.
+    ///
+    /// # Errors
+    /// If the ending stands for no format, or the file cannot be written.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), SaveError> {
+        save::to_path(&self.memory, path.as_ref())
+    }
+
+    /// Compares the frame with the PNG file at `golden`, byte for byte; for tests. See
+    /// [`save::golden`] for the files that a failure leaves, and for `BLESS=1`.
+    ///
+    /// # Panics
+    /// If the frame does not pass, with what to do: how many pixels differ and where they can be
+    /// seen, or how to make the first golden file.
+    #[track_caller]
+    pub fn assert_golden(&self, golden: impl AsRef<Path>) {
+        self.assert_golden_within(golden, Tolerance::EXACT);
+    }
+
+    /// [`Framebuffer::assert_golden`], with a tolerance.
+    ///
+    /// # Panics
+    /// If the frame does not pass.
+    #[track_caller]
+    pub fn assert_golden_within(&self, golden: impl AsRef<Path>, tolerance: Tolerance) {
+        golden::assert_golden(&self.memory, golden, tolerance);
+    }
+}

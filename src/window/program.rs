@@ -1,0 +1,116 @@
+//! A window for a program that draws by itself: its frame, 60 times a second, with the input since
+//! the last one.
+//!
+//! In: a function that draws a frame. Out: the frame on the screen, enlarged by a whole factor. Runs
+//! on the calling thread, which must be the main one, until the window is closed or the program sets
+//! [`FrameInput::close`]. The server's window (`window::run`) is another: it shows frames of a
+//! render thread.
+
+use super::frame_input::FrameInput;
+use super::layout::Layout;
+use super::scanout::convert;
+use super::{Collector, KeyReport, MAX_WINDOW_SIDE, USUAL_SCREEN, WindowError, open, wheel_steps};
+use crate::framebuffer::Framebuffer;
+use minifb::{MouseButton, MouseMode, Window};
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::rc::Rc;
+use std::time::Instant;
+
+/// Frames drawn in a second.
+const FRAMES_PER_SECOND: usize = 60;
+
+/// Opens a window, and calls `frame` 60 times a second with a framebuffer of `width` x `height`
+/// pixels, which keeps its contents, and with the input since the last call. Returns when the window
+/// is closed or [`FrameInput::close`] is set. Must be called on the main thread.
+///
+/// ```no_run
+/// fbptr::run(160, 120, |fb, input| {
+///     let [x, y] = input.mouse;
+///     fb.put_pixel(x, y, [255, 255, 0, 255]);
+///     input.close = input.is_down("escape");
+/// })?;
+/// # Ok::<(), fbptr::WindowError>(())
+/// ```
+///
+/// # Errors
+/// If a side of the frame is 0 or larger than a window can be, the system has no memory for it, or
+/// there is no window system.
+pub fn run(
+    width: u32,
+    height: u32,
+    mut frame: impl FnMut(&mut Framebuffer, &mut FrameInput),
+) -> Result<(), WindowError> {
+    let size = [width as usize, height as usize];
+    if size.iter().any(|&side| side > MAX_WINDOW_SIDE) {
+        return Err(WindowError::TooLarge { width, height });
+    }
+    let mut framebuffer = Framebuffer::new(width, height)?;
+    let scale = Layout::opening_scale(size, USUAL_SCREEN);
+    let mut window = open("fbptr", size.map(|side| side * scale))?;
+    window.set_target_fps(FRAMES_PER_SECOND);
+    let reports = Rc::new(RefCell::new(VecDeque::new()));
+    window.set_input_callback(Box::new(Collector(reports.clone())));
+    let mut input = FrameInput::default();
+    let mut screen = Screen::default();
+    let mut last = Instant::now();
+    while window.is_open() && !input.close {
+        let layout = Layout::new(size, window.get_size().into());
+        let now = Instant::now();
+        input.begin((now - std::mem::replace(&mut last, now)).as_secs_f64());
+        for report in reports.borrow_mut().drain(..) {
+            match report {
+                KeyReport::Key(key, is_down) => input.key(key, is_down),
+                KeyReport::Char(c) => input.text.push(c),
+            }
+        }
+        read_mouse(&window, &layout, &mut input);
+        frame(&mut framebuffer, &mut input);
+        screen.show(&framebuffer, &layout, &mut window)?;
+    }
+    Ok(())
+}
+
+/// Reads position, buttons and wheel of the mouse.
+fn read_mouse(window: &Window, layout: &Layout, input: &mut FrameInput) {
+    if let Some((x, y)) = window.get_unscaled_mouse_pos(MouseMode::Pass) {
+        input.mouse = layout.frame_coordinates(x, y);
+    }
+    input.buttons =
+        [MouseButton::Left, MouseButton::Middle, MouseButton::Right].map(|b| window.get_mouse_down(b));
+    input.wheel = window.get_scroll_wheel().map_or([0; 2], wheel_steps);
+}
+
+/// The window's words.
+#[derive(Default)]
+struct Screen {
+    words: Vec<u32>,
+    /// Size of the window to which they belong.
+    size: [usize; 2],
+}
+
+impl Screen {
+    /// Converts the frame, uploads it, and waits until the next frame is due.
+    fn show(
+        &mut self,
+        framebuffer: &Framebuffer,
+        layout: &Layout,
+        window: &mut Window,
+    ) -> Result<(), WindowError> {
+        let [width, height] = layout.window;
+        if width == 0 || height == 0 {
+            window.update();
+            return Ok(());
+        }
+        if self.size != layout.window {
+            // What is not covered by the frame is black.
+            self.words.clear();
+            self.words.resize(width * height, 0);
+            self.size = layout.window;
+        }
+        let memory = framebuffer.memory();
+        convert(memory.bytes(), layout, 0..memory.height() as usize, &mut self.words);
+        let shown = window.update_with_buffer(&self.words, width, height);
+        shown.map_err(|e| WindowError::Unavailable(e.to_string()))
+    }
+}

@@ -1,0 +1,72 @@
+//! `fbptr::run`: a program that draws by itself shows its frame, and gets keys, mouse and the end.
+//!
+//! The program is this test's own executable, started again with the ignored test below.
+
+use crate::screen::{Folder, Guard, Screen, wait_for};
+use std::process::Command;
+
+const SIZE: [usize; 2] = [64, 48];
+const GREEN: [u8; 3] = [0, 128, 0];
+const RED: [u8; 3] = [255, 0, 0];
+
+fn opaque([r, g, b]: [u8; 3]) -> [u8; 4] {
+    [r, g, b, 255]
+}
+
+#[test]
+#[ignore = "started by the other test, on its screen"]
+fn the_program() {
+    if std::env::var_os("FBPTR_TEST_PROGRAM").is_none() {
+        return;
+    }
+    let mut color = GREEN;
+    fbptr::run(SIZE[0] as u32, SIZE[1] as u32, |fb, input| {
+        color = if input.was_pressed("r") { RED } else { color };
+        fb.clear(opaque(color));
+        if input.buttons[0] {
+            fb.put_pixel(input.mouse[0], input.mouse[1], [255; 4]);
+        }
+        input.close = input.is_down("escape");
+    })
+    .expect("there is a screen");
+}
+
+#[test]
+fn a_program_shows_its_frame_and_gets_keys_mouse_and_the_end() {
+    let folder = Folder::new("program");
+    let Some(screen) = Screen::start(&folder.0) else { return };
+    let mut program = Guard(
+        Command::new(std::env::current_exe().expect("this program"))
+            .args(["--ignored", "--exact", "program::the_program"])
+            .env("FBPTR_TEST_PROGRAM", "1")
+            .env("DISPLAY", &screen.display)
+            .env_remove("WAYLAND_DISPLAY")
+            .spawn()
+            .expect("it starts"),
+    );
+    let id = screen.window();
+    screen.xdotool(&["windowmove", "--sync", &id, "0", "0"]);
+    let [_, _, width, height] = screen.place(&id);
+    let scale = width / SIZE[0];
+    assert!(scale > 1 && [width, height] == SIZE.map(|side| side * scale), "{width}x{height}");
+    let shown = || (screen.place(&id)[..2] == [0, 0]).then(|| screen.pixels(0, 0, width, height));
+    let is_all = |color| shown().is_some_and(|pixels| pixels.iter().all(|p| *p == color)).then_some(());
+    wait_for("the first color", || is_all(GREEN));
+    screen.xdotool(&["mousemove", "8", "8"]);
+    screen.xdotool(&["key", "r"]);
+    wait_for("the color of the key", || is_all(RED));
+    let at = |pixel: usize| (pixel * scale + scale / 2).to_string();
+    screen.xdotool(&["mousemove", &at(10), &at(20), "mousedown", "1"]);
+    wait_for("the pixel under the pointer", || {
+        let pixels = shown()?;
+        let is_right = (0..width * height).all(|i| {
+            let is_pointed = [i % width / scale, i / width / scale] == [10, 20];
+            pixels[i] == if is_pointed { [255; 3] } else { RED }
+        });
+        is_right.then_some(())
+    });
+    screen.xdotool(&["mouseup", "1"]);
+    screen.xdotool(&["key", "Escape"]);
+    let status = wait_for("the program's end", || program.0.try_wait().expect("a child"));
+    assert!(status.success(), "{status}");
+}
