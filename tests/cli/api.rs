@@ -80,6 +80,7 @@ impl Listing<'_> {
     fn reexport(&mut self, module: &[String], path: &[String], shown: &str) {
         let full: Vec<String> = match path[0].as_str() {
             "crate" => path[1..].to_vec(),
+            "super" => module.iter().take(module.len() - 1).cloned().chain(path[1..].to_vec()).collect(),
             "self" => module.iter().cloned().chain(path[1..].to_vec()).collect(),
             _ => module.iter().cloned().chain(path.to_vec()).collect(),
         };

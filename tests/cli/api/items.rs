@@ -161,13 +161,28 @@ fn declaration_of_member(lines: &[&str]) -> String {
 
 /// Returns a type that a macro defines by a list of values.
 fn from_macro(lines: &[&str], name: &str) -> Option<Item> {
-    let at = lines.iter().position(|line| *line == format!("    {name} {{"))?;
+    let Some(at) = lines.iter().position(|line| *line == format!("    {name} {{")) else {
+        return from_table(lines, name);
+    };
     let start = lines[..at].iter().rposition(|line| line.ends_with("! {"))?;
     let wanted = |line: &&&str| line.starts_with("        ") && !line.trim().starts_with(['/', '#']);
     let values = lines[at + 1..].iter().take_while(|line| **line != "    }").filter(wanted);
     let signature = format!("{} {name}", lines[start].trim_end_matches(" {"));
     let members = values.map(|line| line.trim().trim_end_matches(',').to_owned()).collect();
     Some(Item { kind: "macro".into(), name: name.to_owned(), is_hidden: false, signature, members })
+}
+
+/// Returns an enum of commands that the verb table defines, with its rows.
+fn from_table(lines: &[&str], name: &str) -> Option<Item> {
+    let heads = (0..lines.len()).filter(|&at| {
+        let is_block = lines[at].ends_with(&format!(" {name} {{"));
+        is_block && lines[at].starts_with(char::is_uppercase)
+    });
+    let rows = heads.flat_map(|at| lines[at + 1..].iter().take_while(|line| !line.starts_with('}')));
+    let is_row = |line: &&&str| line.strip_prefix("    ").is_some_and(|l| l.starts_with(char::is_uppercase));
+    let members: Vec<String> = rows.filter(is_row).map(|line| line.trim().to_owned()).collect();
+    let (kind, signature) = ("macro".to_owned(), format!("language! {name}"));
+    (!members.is_empty()).then(|| Item { kind, name: name.to_owned(), is_hidden: false, signature, members })
 }
 
 /// Returns the methods of a type in a source, and the traits that it implements there.

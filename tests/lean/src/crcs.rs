@@ -1,0 +1,116 @@
+//! Prints the checksums of pictures that the lean core draws: the frames of the tour, every scene and
+//! mesh of a folder of test data, and random scenes. Two builds of it print the same lines if they
+//! draw the same bytes.
+//!
+//! Usage: `crcs DATA [COUNT]`, where `DATA` is `tests/data` and `COUNT` the number of random scenes.
+//! Pictures that have a golden file in `DATA/x3d/golden` are compared with it; a difference, as a
+//! scene that no longer loads, ends the program with status 1.
+
+mod random;
+
+use fbptr::eye::EyeScene;
+use fbptr::load::{SandboxDir, x3d};
+use fbptr::pipeline::{self, SceneOptions};
+use fbptr::save::golden;
+use fbptr::{Framebuffer, Scene};
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+/// Size of the golden pictures.
+const SIZE: [u32; 2] = [120, 90];
+/// Times at which scenes are drawn, in seconds.
+const TIMES: [f64; 3] = [0.0, 1.0, 2.5];
+
+type Outcome = Result<(), Box<dyn Error>>;
+
+fn main() -> Outcome {
+    let mut words = std::env::args_os().skip(1);
+    let data = PathBuf::from(words.next().ok_or("expected: crcs DATA [COUNT]")?);
+    let count = words.next().map_or(Ok(200), |word| word.to_string_lossy().parse())?;
+    for (i, crc) in fbptr_lean::Tour::play()?.crcs().iter().enumerate() {
+        println!("tour {} {crc:08x}", i + 1);
+    }
+    for path in files(&data.join("x3d"), "x3d")? {
+        x3d_pictures(&path, &data)?;
+    }
+    for path in files(&data.join("meshes"), "obj")? {
+        mesh_picture(&path, &data)?;
+    }
+    for path in files(&data.join("nd-cases"), "json")? {
+        let scene = EyeScene::from_json(&std::fs::read(&path)?)?;
+        let mut fb = Framebuffer::new(SIZE[0], SIZE[1])?;
+        fbptr::eye::blit(&fbptr::eye::render(&scene), fb.memory_mut(), 0, 0, SIZE[0] as i32, SIZE[1] as i32);
+        println!("eye {} {:08x}", name(&path, &data), fb.crc());
+    }
+    for seed in 0..count {
+        println!("random {seed} {:08x}", random::picture(seed)?.crc());
+    }
+    Ok(())
+}
+
+/// Returns the files below a folder whose names have an ending, sorted.
+fn files(folder: &Path, ending: &str) -> Result<Vec<PathBuf>, Box<dyn Error>> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))? {
+        let path = entry?.path();
+        if path.is_dir() {
+            found.extend(files(&path, ending)?);
+        } else if path.extension().is_some_and(|e| e == ending) {
+            found.push(path);
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// Returns a file's path below the folder of test data.
+fn name(path: &Path, data: &Path) -> String {
+    path.strip_prefix(data).unwrap_or(path).to_string_lossy().replace('\\', "/")
+}
+
+/// Prints the pictures of a scene at several times, by the reference and by the tile renderer.
+fn x3d_pictures(path: &Path, data: &Path) -> Outcome {
+    let name = name(path, data);
+    let folder = SandboxDir::open(path.parent().ok_or("a folder")?)?;
+    let document = match x3d::parse(&std::fs::read(path)?, &name, &mut |file| folder.read(file, 1 << 20).ok())
+    {
+        Ok(document) => document,
+        Err(refused) => {
+            println!("{refused}");
+            return Ok(());
+        }
+    };
+    for time in TIMES {
+        let scene = document.at(time);
+        let reference = by_reference(&scene)?;
+        let mut fast = Framebuffer::new(SIZE[0], SIZE[1])?;
+        fast.draw_scene(&scene)?;
+        println!("{name} at {time} {:08x} {:08x}", reference.crc(), fast.crc());
+        let stem = name.trim_start_matches("x3d/").replace('/', "-").replace(".x3d", "");
+        let golden = data.join("x3d/golden").join(format!("{stem}-at-{time}.png"));
+        if golden.exists() && golden::read_png(&golden)?.bytes() != reference.memory().bytes() {
+            return Err(format!("{}: the picture is another", golden.display()).into());
+        }
+    }
+    Ok(())
+}
+
+fn by_reference(scene: &Scene) -> Result<Framebuffer, Box<dyn Error>> {
+    let mut fb = Framebuffer::new(SIZE[0], SIZE[1])?;
+    pipeline::draw_scene(&mut fb.target(), scene, &SceneOptions::new(SIZE[0], SIZE[1]))?;
+    Ok(fb)
+}
+
+/// Prints the picture of a mesh, or why it is refused.
+fn mesh_picture(path: &Path, data: &Path) -> Outcome {
+    let mut fb = Framebuffer::new(SIZE[0], SIZE[1])?;
+    match fb.load_obj(path) {
+        Ok(mesh) => {
+            fb.show_whole(&mesh);
+            fb.draw(&mesh)?;
+            println!("{} {:08x}", name(path, data), fb.crc());
+        }
+        Err(refused) => println!("{} {}", name(path, data), refused.kind),
+    }
+    Ok(())
+}
