@@ -12,6 +12,8 @@ mod color;
 mod color_names;
 mod compositing;
 mod depth;
+#[cfg(target_os = "linux")]
+mod device;
 mod fbptr;
 mod pick_buffer;
 #[cfg(feature = "server")]
@@ -25,6 +27,8 @@ pub use compositing::over;
 pub(crate) use compositing::{blend, opaque};
 pub(crate) use depth::{DEPTH_CELL, DepthCells};
 pub use depth::{DepthFormat, DepthMemory, DepthWords};
+#[cfg(target_os = "linux")]
+pub use device::DeviceMemory;
 pub use fbptr::FbPtr;
 pub use pick_buffer::PickBuffer;
 #[cfg(feature = "server")]

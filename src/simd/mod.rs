@@ -20,6 +20,7 @@ mod avx512;
 pub mod bytes;
 mod fill;
 mod level;
+mod pixels;
 mod portable;
 pub mod prefetch;
 mod scanout;
@@ -32,6 +33,7 @@ mod x86;
 
 pub use fill::fill_pixels;
 pub use level::{Kernel, Level};
+pub use pixels::{Pixels, unpack, widen};
 pub use portable::Portable;
 pub use scanout::{scan_out, word};
 

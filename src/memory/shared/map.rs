@@ -1,6 +1,6 @@
 //! Memory map of a shared file. Other processes change it at any time, so every access is an atomic
 //! load or store through a raw pointer, never a reference to plain bytes. This is the only file
-//! outside `simd/` with unsafe code.
+//! of the crate outside `simd/` with unsafe code.
 //!
 //! Another program can also truncate the file at any time. The system then sends SIGBUS to a thread
 //! that touches a missing page. The handler here replaces the map by zeroed anonymous memory and
@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64};
 
 /// Bytes that other processes read and write.
 #[derive(Debug)]
-pub(super) struct Map {
+pub(in crate::memory) struct Map {
     raw: MmapRaw,
     #[cfg(unix)]
     slot: &'static guard::Slot,
@@ -65,6 +65,18 @@ impl Map {
         assert!(at < self.raw.len());
         // SAFETY: as in `word_at`, with 1 in place of 4.
         unsafe { AtomicU8::from_ptr(self.raw.as_mut_ptr().add(at)) }
+    }
+
+    /// Returns `count` times eight bytes from `at` on.
+    ///
+    /// # Panics
+    /// If `at` is not a multiple of 8, or the bytes are not all inside the map.
+    #[cfg(target_os = "linux")]
+    pub fn longs(&self, at: usize, count: usize) -> &[AtomicU64] {
+        assert!(at.is_multiple_of(8) && at <= self.raw.len() && count <= (self.raw.len() - at) / 8);
+        // SAFETY: as in `word_at`, for each of the words; a slice of atomics allows that others
+        // write to it.
+        unsafe { std::slice::from_raw_parts(self.raw.as_mut_ptr().add(at).cast(), count) }
     }
 
     /// Returns the eight bytes at `at`.

@@ -21,7 +21,7 @@
 //! of the bytes that it found missing are taken in.
 
 mod header;
-mod map;
+pub(super) mod map;
 mod reserve;
 #[cfg(all(test, unix))]
 mod tests;
