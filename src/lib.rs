@@ -173,6 +173,8 @@ pub mod scene;
 // 2: drawing
 pub mod draw2d;
 pub mod eye;
+#[cfg(fbptr_preload)]
+pub mod fbdev;
 pub mod pipeline;
 #[cfg(feature = "truth")]
 #[doc(hidden)]

@@ -31,6 +31,13 @@ const EXAMPLES: &[(&str, &str)] = &[
   fbptr serve --headless --movie - | ffmpeg -i - session.mp4",
     ),
     (
+        "run",
+        "  fbptr run --size 800x600 -- ./my-gui --fullscreen
+  fbptr run --headless --after 2s --expect start.png -- ./my-gui
+  fbptr run --headless --format rgb565 --snap out.png -- ./my-gui
+  fbptr run --movie demo.gif -- links2 -g -driver fb page.html",
+    ),
+    (
         "render",
         "  fbptr render scene.x3d -o scene.png --size 1280x720 --explain
   fbptr render model.obj -o model.png --shade gouraud --depth-out model.pfm
@@ -93,7 +100,8 @@ const EXAMPLES_OF_ALL: &str = "Examples:
 const EXIT_STATUS: &str = "  0    all went well
   1    a command or a file failed
   2    the arguments are no use
-  130  ended by a signal";
+  130  ended by a signal
+  `run` ends with the status of the program that it runs, 128 + n if signal n ended it";
 
 #[cfg(feature = "wayland")]
 const ENVIRONMENT: &str = "  NO_COLOR                  no colours on the terminal, if it is set and not empty

@@ -2,7 +2,7 @@
 //! drawing is done by the other modules.
 //!
 //! Exit status: 0 for success, 1 if a command or a file failed, 2 if the arguments are invalid, 130
-//! if a signal ended the program. Replies go to stdout, everything else to stderr. A closed pipe
+//! if a signal ended the program; that of `run` is the status of the program that it runs. Replies go to stdout, everything else to stderr. A closed pipe
 //! neither ends the program nor causes a panic; a full disk is a failure.
 
 mod args;
@@ -21,6 +21,7 @@ mod record_gate;
 mod render;
 mod render_args;
 mod report;
+mod run;
 mod scene_file;
 mod send;
 mod serve;
@@ -57,6 +58,8 @@ enum Task {
     Report(report::ReportArgs),
     /// Serve a video memory to other programs, in a window or without one
     Serve(serve::Serve),
+    /// Run a program that draws on /dev/fb0, in a window or without one
+    Run(run::Run),
     /// Render a scene file to a picture, or to a movie
     Render(render::Render),
     /// Look at a mesh, a scene or a stream from everywhere
@@ -81,6 +84,8 @@ pub(crate) enum Status {
     BadArguments,
     /// Ended by a signal.
     Interrupted,
+    /// The status of a program that was run.
+    Program(u8),
 }
 
 impl From<Status> for ExitCode {
@@ -90,12 +95,17 @@ impl From<Status> for ExitCode {
             Status::Failed => 1,
             Status::BadArguments => 2,
             Status::Interrupted => 130,
+            Status::Program(status) => status,
         })
     }
 }
 
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
+    #[cfg(fbptr_preload)]
+    if let Some(status) = run::started() {
+        return status.into();
+    }
     let parsed = help::command().try_get_matches().and_then(|matches| Cli::from_arg_matches(&matches));
     let cli = match parsed {
         Ok(cli) => cli,
@@ -107,6 +117,7 @@ pub fn main() -> ExitCode {
         Task::Bench(bench) => bench.run(),
         Task::Report(report) => report.run(),
         Task::Serve(serve) => serve.run(),
+        Task::Run(run) => run.run(),
         Task::Render(render) => render.run(),
         Task::View(view) => view.run(),
         Task::Snap(snap) => snap.run(),

@@ -185,12 +185,6 @@ impl Quotas {
     }
 }
 
-/// Returns whether an address is reachable from this machine only; IPv4 addresses mapped to IPv6
-/// are recognised.
-fn is_loopback(address: &SocketAddr) -> bool {
-    address.ip().to_canonical().is_loopback()
-}
-
 /// Data for the window's overlay: addresses and counters.
 #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "there is no window to tell it"))]
 struct Told {
@@ -236,7 +230,11 @@ impl Serve {
     fn serve(&self) -> Result<Status, String> {
         self.check()?;
         let places = self.places()?;
-        let metrics = self.metrics.as_deref().map(|text| self.checked(text)).transpose()?;
+        let metrics = self
+            .metrics
+            .as_deref()
+            .map(|text| args::address::checked(text, self.allow_remote))
+            .transpose()?;
         let mut engine = self.engine()?;
         let outlets = self.outlets(&mut engine, metrics.is_some())?;
         let size = (engine.memory().width(), engine.memory().height());
@@ -356,27 +354,21 @@ impl Serve {
 
     /// Returns all addresses to listen on, validated.
     fn places(&self) -> Result<Vec<ListenAddress>, String> {
-        let mut addresses: Vec<SocketAddr> =
-            self.listen.iter().map(|text| self.checked(text)).collect::<Result<_, _>>()?;
+        let mut addresses: Vec<SocketAddr> = self
+            .listen
+            .iter()
+            .map(|text| args::address::checked(text, self.allow_remote))
+            .collect::<Result<_, _>>()?;
         if addresses.is_empty() && self.unix.is_empty() && !self.stdin {
             addresses.push(args::address::default_address());
         }
-        for address in addresses.iter().filter(|a| !is_loopback(a)) {
+        for address in addresses.iter().filter(|a| !args::address::is_loopback(a)) {
             say_as_program(format_args!(
                 "warning: {address} can be reached from other machines, and everybody may draw"
             ));
         }
         let tcp = addresses.into_iter().map(ListenAddress::Tcp);
         Ok(tcp.chain(self.unix.iter().cloned().map(ListenAddress::Unix)).collect())
-    }
-
-    /// Parses an address, and refuses a remote one without --allow-remote.
-    fn checked(&self, text: &str) -> Result<SocketAddr, String> {
-        let address = args::address::tcp(text)?;
-        match is_loopback(&address) || self.allow_remote {
-            true => Ok(address),
-            false => Err(format!("{address} can be reached from other machines: that needs --allow-remote")),
-        }
     }
 
     /// Starts the HTTP endpoint of the metrics.

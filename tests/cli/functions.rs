@@ -12,7 +12,7 @@ const FUNCTION_LINES: usize = 80;
 /// Largest number of lines of a source file.
 const FILE_LINES: usize = 600;
 /// Folders that hold Rust.
-const FOLDERS: [&str; 5] = ["src", "tests", "benches", "demos", "fuzz/targets"];
+const FOLDERS: [&str; 6] = ["src", "preload", "tests", "benches", "demos", "fuzz/targets"];
 
 /// Item with a body of its own.
 #[derive(Debug, PartialEq)]

@@ -17,6 +17,8 @@ mod process;
 mod protocol;
 mod python_client;
 mod quotas;
+#[cfg(all(target_os = "linux", target_env = "gnu", target_pointer_width = "64"))]
+mod run;
 mod scenes;
 mod shell;
 mod support;

@@ -34,6 +34,21 @@ pub(in crate::cli) fn tcp(text: &str) -> Result<SocketAddr, String> {
     found.next().ok_or_else(|| format!("{text}: no such host"))
 }
 
+/// Parses an address to listen on, and refuses one that other machines reach unless that is allowed.
+pub(in crate::cli) fn checked(text: &str, allow_remote: bool) -> Result<SocketAddr, String> {
+    let address = tcp(text)?;
+    match is_loopback(&address) || allow_remote {
+        true => Ok(address),
+        false => Err(format!("{address} can be reached from other machines: that needs --allow-remote")),
+    }
+}
+
+/// Returns whether an address is reachable from this machine only; IPv4 addresses mapped to IPv6
+/// are recognised.
+pub(in crate::cli) fn is_loopback(address: &SocketAddr) -> bool {
+    address.ip().to_canonical().is_loopback()
+}
+
 /// Returns the host of an address if it is a name, not an IP address.
 pub(in crate::cli) fn host_name(text: &str) -> Option<&str> {
     let host = text.rsplit_once(':').map_or(text, |(host, _)| host);

@@ -26,6 +26,7 @@ mod draw3d;
 mod drawing;
 mod empty_draw;
 mod files;
+mod frame_source;
 mod framebuffer;
 mod job;
 mod long_draw;

@@ -14,6 +14,7 @@ pub const ROOMS: Edges = &[
     // The search for cheaper settings measures their error: only exact pixels can.
     ("pipeline::quality", &["truth"]),
     ("truth", &["math", "memory", "scene"]),
+    ("fbdev", &["memory", "simd"]),
     ("command", &["draw2d", "error", "memory", "scene", "simd"]),
     ("load", &["cancel", "draw2d", "error", "math", "memory", "pipeline", "save", "scene"]),
     ("save", &["error", "memory"]),
@@ -37,8 +38,8 @@ pub const ROOMS: Edges = &[
     (
         "cli",
         &[
-            "command", "draw2d", "executor", "eye", "load", "measure", "memory", "pipeline", "save", "scene",
-            "server", "simd", "viewer", "window",
+            "command", "draw2d", "executor", "eye", "fbdev", "load", "measure", "memory", "pipeline", "save",
+            "scene", "server", "simd", "viewer", "window",
         ],
     ),
 ];

@@ -1,0 +1,100 @@
+//! Input of a run: from the window, from a replay, and from the terminal that `fbptr` was started
+//! in.
+
+use super::replay::Replay;
+use super::spawn::Terminal;
+use super::{Refusal, Run};
+use crate::command::Command;
+use crate::fbdev::{Device, InputDevices, UserEvent};
+use crate::server::{Client, InputEvent, Server};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::io::{self, IsTerminal, Read, Write};
+use std::time::Instant;
+
+/// Sources of input, and the devices that it goes to.
+#[derive(Debug)]
+pub struct Input {
+    devices: InputDevices,
+    replay: Replay,
+    terminal: Terminal,
+    /// Receives the window's events.
+    client: Client,
+}
+
+impl Input {
+    /// Connects the sources to the devices.
+    ///
+    /// # Errors
+    /// A file of `--keys` that cannot be read, or a system without sockets or threads.
+    pub fn new(args: &Run, device: &Device, server: &Server, terminal: Terminal) -> Result<Input, Refusal> {
+        let refuse = |message: String| Refusal { status: 2, message };
+        let lines = match &args.keys {
+            Some(path) => {
+                std::fs::read_to_string(path).map_err(|e| refuse(format!("{}: {e}", path.display())))?
+            }
+            None => String::new(),
+        };
+        let replay = Replay::new(&lines, args.text.as_deref().unwrap_or("")).map_err(|e| {
+            refuse(format!(
+                "{}: {e}",
+                args.keys.as_ref().map_or("--keys".into(), |path| path.display().to_string())
+            ))
+        })?;
+        let no_devices = |e: io::Error| refuse(format!("no input devices: {e}"));
+        let devices = InputDevices::new(device).map_err(no_devices)?;
+        if io::stdin().is_terminal() {
+            forward_stdin(&terminal).map_err(no_devices)?;
+        }
+        let client = server.client();
+        client.send(Command::Events(true));
+        Ok(Input { devices, replay, terminal, client })
+    }
+
+    /// Passes on what has come since the last call. Returns whether a replay is going on.
+    pub fn pass_on(&mut self, device: &Device, is_changed: bool, now: Instant) -> bool {
+        self.devices.poll();
+        let mut events: Vec<UserEvent> = self.client.events().into_iter().filter_map(user_event).collect();
+        events.extend(self.replay.due(device.opens() > 0, is_changed, now));
+        for event in events {
+            let bytes = self.devices.feed(device, &event);
+            self.write(&bytes);
+        }
+        !self.replay.is_over()
+    }
+
+    /// Writes to the console, unless it is full: nobody reads it then.
+    fn write(&self, bytes: &[u8]) {
+        let mut master = self.terminal.master();
+        let mut ready = [PollFd::new(&master, PollFlags::OUT)];
+        let now = Timespec { tv_sec: 0, tv_nsec: 0 };
+        if !bytes.is_empty() && poll(&mut ready, Some(&now)).is_ok_and(|n| n > 0) {
+            // Fails if the terminal is gone, and with it who would read it.
+            let _ = master.write_all(bytes);
+        }
+    }
+}
+
+/// Copies standard input to the console, line by line as the terminal gives it.
+fn forward_stdin(terminal: &Terminal) -> io::Result<()> {
+    let mut master = terminal.master().try_clone()?;
+    std::thread::Builder::new().name("stdin".into()).spawn(move || {
+        let (mut stdin, mut bytes) = (io::stdin(), [0; 1024]);
+        while let Ok(len @ 1..) = stdin.read(&mut bytes) {
+            if master.write_all(&bytes[..len]).is_err() {
+                return;
+            }
+        }
+    })?;
+    Ok(())
+}
+
+/// Returns the event of a window as one of the user.
+fn user_event(event: InputEvent) -> Option<UserEvent> {
+    match event {
+        InputEvent::Key { name, down } => Some(UserEvent::Key { name, down }),
+        InputEvent::Text(character) => Some(UserEvent::Text(character)),
+        InputEvent::Mouse { x, y, buttons } => Some(UserEvent::Mouse { x, y, buttons }),
+        InputEvent::Wheel { dx, dy } => Some(UserEvent::Wheel { dx, dy }),
+        InputEvent::Resize { .. } | InputEvent::Close => None,
+    }
+}

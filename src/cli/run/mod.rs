@@ -1,0 +1,111 @@
+//! `fbptr run`: runs a program that draws on the Linux framebuffer device, with an emulated one.
+//!
+//! Exit status: the program's own, 128 + n if signal n ended it; with `--expect` 0 for an equal and
+//! 1 for a different picture, and 1 if a file could not be written; 0 if `--after` ended the
+//! program; 2 for invalid arguments, 126 for a program that cannot be served, 127 for one that is
+//! not there.
+
+#[cfg(fbptr_preload)]
+mod after;
+#[cfg(fbptr_preload)]
+mod input;
+#[cfg(fbptr_preload)]
+mod picture;
+#[cfg(fbptr_preload)]
+mod program;
+#[cfg(fbptr_preload)]
+mod replay;
+#[cfg(fbptr_preload)]
+mod session;
+#[cfg(fbptr_preload)]
+mod spawn;
+
+use super::movie::MovieArgs;
+use super::{FrameSize, Status, say_as_program};
+use clap::Args;
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+#[cfg(fbptr_preload)]
+pub(super) use spawn::started;
+
+/// Run a program that draws on /dev/fb0.
+#[derive(Debug, Args)]
+#[cfg_attr(not(fbptr_preload), expect(dead_code, reason = "there is no framebuffer to emulate"))]
+pub struct Run {
+    /// The frame's size, and the largest mode of the framebuffer
+    #[arg(long, value_name = "WxH")]
+    size: Option<FrameSize>,
+    /// Pixel format of the framebuffer until the program sets another: bgrx, rgba, bgra, rgbx, xrgb, xbgr, argb, abgr,
+    /// bgr24, rgb24, rgb565, bgr565, rgb555, bgr555, pal8, gray8, pal4, pal2, mono
+    #[arg(long, value_name = "FORMAT", default_value = "bgrx")]
+    format: String,
+    /// Vertical blanks a second
+    #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    hz: u32,
+    /// Open no window
+    #[arg(long)]
+    headless: bool,
+    /// Take the picture and end the program after a time (2s, 500ms), at the N-th frame that differs from the one before
+    /// (30), or when the picture has not changed for a time (still for 500ms, still:TIME)
+    #[arg(long, value_name = "TIME|N|still")]
+    after: Option<String>,
+    /// Write the frame as it stands at the end: .png, .ppm or .raw
+    #[arg(long, value_name = "OUT")]
+    snap: Option<PathBuf>,
+    /// Compare the frame at the end with a picture. The status is 0 if they are equal; if not, it is 1, and the frame and
+    /// the difference are written beside the picture. BLESS=1 in the environment writes the picture, and fails
+    #[arg(long, value_name = "PNG")]
+    expect: Option<PathBuf>,
+    /// Difference that --expect allows in a channel, and the number of pixels that may differ by more
+    #[arg(long, value_name = "N[,PIXELS]", default_value = "0", requires = "expect")]
+    tolerance: String,
+    /// Replay input from a file of lines TIME EVENT: key down|up NAME, press NAME, type TEXT, mouse X Y BUTTONS, wheel
+    /// DX DY. Times count from the program's first opening of the framebuffer, as in 1.5s press left
+    #[arg(long, value_name = "FILE")]
+    keys: Option<PathBuf>,
+    /// Type a text once the program's picture has been still for half a second
+    #[arg(long = "type", value_name = "TEXT")]
+    text: Option<String>,
+    /// Listen on a TCP address for clients of the protocol, any number of times; :PORT or PORT is loopback
+    #[arg(long, value_name = "ADDR")]
+    serve: Vec<String>,
+    /// Let --serve take addresses that other machines reach
+    #[arg(long)]
+    allow_remote: bool,
+    /// Say which requests of the program the device does not have
+    #[arg(long)]
+    verbose: bool,
+    #[command(flatten)]
+    movie: MovieArgs,
+    /// The program and its arguments, after --
+    #[arg(last = true, required = true, value_name = "PROGRAM ARGS")]
+    program: Vec<OsString>,
+}
+
+/// Reason for which nothing is run, and the exit status.
+#[derive(Debug)]
+#[cfg_attr(not(fbptr_preload), expect(dead_code, reason = "there is no program to refuse"))]
+struct Refusal {
+    status: u8,
+    message: String,
+}
+
+impl Run {
+    /// Runs the program to its end.
+    pub(super) fn run(self) -> Status {
+        #[cfg(fbptr_preload)]
+        match session::run(&self) {
+            Ok(status) => status,
+            Err(Refusal { status, message }) => {
+                say_as_program(message);
+                Status::Program(status)
+            }
+        }
+        #[cfg(not(fbptr_preload))]
+        {
+            say_as_program("run: the framebuffer device is emulated on Linux with the GNU C library only");
+            Status::Program(126)
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! The pictures of a run: `--snap` and `--expect`.
+
+use super::{Refusal, Run};
+use crate::memory::VideoMemory;
+use crate::save::golden::{self, Mode, Tolerance};
+use crate::save::{self, SnapshotFormat};
+use std::path::PathBuf;
+
+/// Pictures that are asked for.
+#[derive(Debug)]
+pub struct Pictures {
+    snap: Option<PathBuf>,
+    expect: Option<(PathBuf, Tolerance)>,
+}
+
+impl Pictures {
+    /// Checks the arguments before anything is run.
+    pub fn new(args: &Run) -> Result<Pictures, Refusal> {
+        let refuse = |message: String| Refusal { status: 2, message };
+        if let Some(snap) = &args.snap {
+            SnapshotFormat::of_path(snap).map_err(|e| refuse(e.to_string()))?;
+        }
+        let tolerance = tolerance(&args.tolerance).ok_or_else(|| {
+            refuse(format!("--tolerance: N or N,PIXELS is expected, N to 255, not {:?}", args.tolerance))
+        })?;
+        Ok(Pictures { snap: args.snap.clone(), expect: args.expect.clone().map(|path| (path, tolerance)) })
+    }
+
+    /// Returns whether any is asked for.
+    pub fn are_wanted(&self) -> bool {
+        self.snap.is_some() || self.expect.is_some()
+    }
+
+    /// Writes and compares the pictures. `None` if none is expected, else whether it is equal.
+    ///
+    /// # Errors
+    /// The first picture that cannot be written.
+    pub fn take(&self, memory: &VideoMemory) -> Result<Option<bool>, String> {
+        if let Some(path) = &self.snap {
+            save::to_path(memory, path).map_err(|e| e.to_string())?;
+        }
+        let Some((path, tolerance)) = &self.expect else { return Ok(None) };
+        match golden::check(memory, path, *tolerance, Mode::from_env()) {
+            Ok(()) => Ok(Some(true)),
+            Err(error) => {
+                super::say_as_program(error);
+                Ok(Some(false))
+            }
+        }
+    }
+}
+
+/// Parses `N` or `N,PIXELS`.
+fn tolerance(text: &str) -> Option<Tolerance> {
+    let (channel, pixels) = text.split_once(',').unwrap_or((text, "0"));
+    Some(Tolerance { per_channel: channel.parse().ok()?, pixels: pixels.parse().ok()? })
+}

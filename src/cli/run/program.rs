@@ -1,0 +1,175 @@
+//! The program to be run: where it is, and whether a preloaded library reaches it.
+
+use super::Refusal;
+use std::ffi::{OsStr, OsString};
+use std::fs::{File, Metadata};
+use std::io::Read;
+use std::os::unix::ffi::{OsStrExt, OsStringExt};
+use std::os::unix::fs::{FileExt, MetadataExt};
+use std::path::{Path, PathBuf};
+
+/// Interpreters of interpreters that are followed.
+const DEPTH: u32 = 4;
+/// Set-user-ID and set-group-ID.
+const SET_UID: u32 = 0o4000;
+const SET_GID: u32 = 0o2000;
+/// Machine numbers of ELF files.
+const OWN_MACHINE: u16 = match () {
+    () if cfg!(target_arch = "x86_64") => 62,
+    () if cfg!(target_arch = "aarch64") => 183,
+    () => 243,
+};
+
+fn refuse(status: u8, message: String) -> Refusal {
+    Refusal { status, message }
+}
+
+/// Finds a program as a shell does, and checks that it can be served.
+pub fn find(name: &OsStr) -> Result<PathBuf, Refusal> {
+    let path = match name.as_bytes().contains(&b'/') {
+        true => PathBuf::from(name),
+        false => in_path(name, &std::env::var_os("PATH").unwrap_or_default())
+            .ok_or_else(|| refuse(127, format!("{}: there is no such program in PATH", name.display())))?,
+    };
+    check(&path, DEPTH)?;
+    Ok(path)
+}
+
+/// Returns the first executable of this name in the folders of `folders`.
+fn in_path(name: &OsStr, folders: &OsStr) -> Option<PathBuf> {
+    let mut found = std::env::split_paths(folders).map(|folder| folder.join(name));
+    found.find(|path| path.metadata().is_ok_and(|meta| meta.is_file() && meta.mode() & 0o111 != 0))
+}
+
+/// Checks that a program, or its interpreter, can be served.
+fn check(path: &Path, depth: u32) -> Result<(), Refusal> {
+    let name = path.display();
+    let meta = path.metadata().map_err(|e| match e.kind() {
+        std::io::ErrorKind::NotFound => refuse(127, format!("{name}: {e}")),
+        _ => refuse(126, format!("{name}: {e}")),
+    })?;
+    if !meta.is_file() || meta.mode() & 0o111 == 0 {
+        return Err(refuse(126, format!("{name}: is not an executable file")));
+    }
+    if has_other_rights(path, &meta) {
+        return Err(refuse(
+            126,
+            format!(
+                "{name}: runs with the rights of another user (set-user-ID or capabilities), so the system lets no \
+                     library be preloaded: it cannot be served"
+            ),
+        ));
+    }
+    // What cannot be read may still be run; the system then says what is wrong.
+    let Ok(file) = File::open(path) else { return Ok(()) };
+    let mut head = [0; 256];
+    let len = (&file).read(&mut head).unwrap_or(0);
+    match &head[..len] {
+        [b'#', b'!', line @ ..] => match interpreter_of_script(line) {
+            Some(interpreter) if depth > 0 => check(&interpreter, depth - 1),
+            _ => Ok(()),
+        },
+        [0x7f, b'E', b'L', b'F', ..] => {
+            check_elf(&file, &head).map_err(|why| refuse(126, format!("{name}: {why}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Returns whether a program runs with other rights than ours.
+fn has_other_rights(path: &Path, meta: &Metadata) -> bool {
+    let (uid, gid) = (rustix::process::geteuid().as_raw(), rustix::process::getegid().as_raw());
+    let capabilities = || {
+        let mut value = [0u8; 64];
+        uid != 0 && rustix::fs::getxattr(path, "security.capability", &mut value).is_ok()
+    };
+    (meta.mode() & SET_UID != 0 && meta.uid() != uid)
+        || (meta.mode() & SET_GID != 0 && meta.gid() != gid)
+        || capabilities()
+}
+
+/// Returns the interpreter that a script's first line names.
+fn interpreter_of_script(line: &[u8]) -> Option<PathBuf> {
+    let line = line.split(|b| *b == b'\n').next()?;
+    let mut words = line.split(|b| *b == b' ' || *b == b'\t').filter(|word| !word.is_empty());
+    words.next().map(|word| PathBuf::from(OsString::from_vec(word.to_vec())))
+}
+
+/// Checks that the dynamic loader of the GNU C library, for this machine, starts an ELF file.
+fn check_elf(file: &File, head: &[u8; 256]) -> Result<(), String> {
+    let half = |at: usize| u16::from_le_bytes([head[at], head[at + 1]]);
+    // 64 bits, little-endian.
+    if head[4] != 2 || head[5] != 1 || half(18) != OWN_MACHINE {
+        return Err(
+            "is made for another machine, or for 32 bits: a library of this machine cannot be preloaded"
+                .into(),
+        );
+    }
+    let table = u64::from_le_bytes(std::array::from_fn(|i| head[32 + i]));
+    let (size, count) = (u64::from(half(54)), u64::from(half(56)));
+    for i in 0..count {
+        let mut header = [0; 56];
+        let at = size.checked_mul(i).and_then(|offset| table.checked_add(offset)).unwrap_or(u64::MAX / 2);
+        if file.read_exact_at(&mut header, at).is_err() {
+            break;
+        }
+        let long = |at: usize| u64::from_le_bytes(std::array::from_fn(|i| header[at + i]));
+        // PT_INTERP
+        if header[..4] == [3, 0, 0, 0] {
+            let mut loader = vec![0; long(32).min(4096) as usize];
+            let _ = file.read_exact_at(&mut loader, long(8));
+            return match loader.windows(4).any(|word| word == b"musl") {
+                false => Ok(()),
+                true => Err("is linked with musl: the preload library needs the GNU C library".into()),
+            };
+        }
+    }
+    Err("is statically linked: no library can be preloaded, so it cannot be served (build it without -static)".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn programs_are_found_in_the_path_and_what_is_none_is_refused() {
+        assert_eq!(in_path("sh".as_ref(), "/nowhere:/bin".as_ref()), Some("/bin/sh".into()));
+        assert_eq!(find("no-such-program-here".as_ref()).unwrap_err().status, 127);
+        assert_eq!(find("/no/such/program".as_ref()).unwrap_err().status, 127);
+        for path in ["/", "/etc/passwd"] {
+            assert_eq!(find(path.as_ref()).unwrap_err().status, 126, "{path}");
+        }
+        assert!(find("sh".as_ref()).is_ok());
+    }
+
+    #[test]
+    fn a_script_is_as_good_as_its_interpreter() {
+        let of = |line: &str| interpreter_of_script(line.as_bytes());
+        assert_eq!(of(" /bin/sh -e\nrest"), Some("/bin/sh".into()));
+        assert_eq!(of("/usr/bin/env\tpython3"), Some("/usr/bin/env".into()));
+        assert_eq!(of("\n"), None);
+    }
+
+    #[test]
+    fn elf_files_of_others_are_refused_and_broken_ones_do_no_harm() {
+        let exe = File::open("/bin/sh").unwrap();
+        let mut head = [0; 256];
+        exe.read_exact_at(&mut head, 0).unwrap();
+        assert_eq!(check_elf(&exe, &head), Ok(()));
+        for (at, value, word) in [(4, 1, "32 bits"), (18, 1, "another machine"), (56, 0, "statically")] {
+            let mut other = head;
+            other[at] = value;
+            if at == 56 {
+                other[57] = 0;
+            }
+            assert!(check_elf(&exe, &other).unwrap_err().contains(word));
+        }
+        for at in 0..64 {
+            for value in [0, 0x7f, 0xff] {
+                let mut broken = head;
+                broken[at] = value;
+                let _ = check_elf(&exe, &broken);
+            }
+        }
+    }
+}

@@ -1,0 +1,397 @@
+//! A run: the device, the render thread that shows it, the program, and their ends.
+//!
+//! In: the arguments; the program's memory at each vertical blank. Out: the window or the movie,
+//! the pictures at the end, the exit status. Threads: the main one has the window, one keeps the
+//! vertical blanks, one waits for the program; the render thread converts.
+
+use super::super::args::address;
+use super::super::movie::{Clock, MovieWriter, Sampler};
+use super::super::{FrameSize, Status, say_as_program};
+use super::after::{After, Countdown};
+use super::input::Input;
+use super::picture::Pictures;
+use super::spawn::{self, Terminal};
+use super::{Refusal, Run};
+use crate::fbdev::{Device, DeviceOptions, Format, ScanOut};
+use crate::memory::VideoMemory;
+use crate::server::{Display, DisplayObserver, Engine, Limits, ListenAddress, Server};
+use crossbeam_channel::{Receiver, Sender, bounded};
+use rustix::process::{Pid, Signal};
+use std::process::{Child, ExitStatus};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Time that a program has after SIGTERM before SIGKILL ends it.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// Reason for the end of a run.
+enum Ending {
+    /// The program has ended.
+    Exited(ExitStatus),
+    /// The moment of `--after` has come, with this picture.
+    Reached(Box<VideoMemory>),
+    Signal,
+    #[cfg(feature = "window")]
+    WindowClosed,
+}
+
+/// Places that frames go to.
+struct Outlets {
+    display: Option<Arc<Display>>,
+    movie: Option<MovieWriter>,
+    sampler: Option<Sampler>,
+    /// True while there is no window.
+    is_alone: Arc<AtomicBool>,
+}
+
+/// Parts of a run that its threads share.
+struct Shared {
+    device: Device,
+    scan_out: Mutex<ScanOut>,
+    server: Server,
+    hz: u32,
+    is_verbose: bool,
+    /// Number of refused requests that have been told.
+    told: Mutex<u32>,
+    input: Mutex<Input>,
+    /// Set while input is replayed.
+    is_replayed: AtomicBool,
+    /// Until the moment of `--after`.
+    countdown: Mutex<Option<Countdown>>,
+    has_ended: AtomicBool,
+}
+
+/// Runs the program, and returns the exit status.
+pub fn run(args: &Run) -> Result<Status, Refusal> {
+    let refuse = |message: String| Refusal { status: 2, message };
+    let pictures = Pictures::new(args)?;
+    args.movie.check().map_err(refuse)?;
+    if args.movie.takes_stdout() {
+        return Err(refuse("--movie -: standard output is the program's".to_owned()));
+    }
+    let after = args.after.as_deref().map(str::parse::<After>).transpose().map_err(refuse)?;
+    let program = spawn::find(&args.program)?;
+    let FrameSize { width, height } = args.size.unwrap_or(FrameSize::DEFAULT);
+    let format = Format::index(&args.format).ok_or_else(|| {
+        let names: Vec<&str> = crate::fbdev::FORMATS.iter().map(|f| f.name).collect();
+        refuse(format!("--format: {} is expected, not {:?}", names.join(", "), args.format))
+    })?;
+    let limits = Limits::default().for_frame(width, height);
+    let mut engine = Engine::with_limits(width, height, limits).map_err(|e| refuse(e.message))?;
+    let no_device = |e: std::io::Error| refuse(format!("no framebuffer device: {e}"));
+    let device =
+        Device::new(&DeviceOptions { size: (width, height), format, hz: args.hz }).map_err(no_device)?;
+    let outlets = outlets(args, &mut engine).map_err(refuse)?;
+    let server = serve(args, engine).map_err(refuse)?;
+    let terminal = Terminal::open((width, height)).map_err(|e| refuse(format!("no terminal: {e}")))?;
+    device.set_terminal(terminal.number());
+    let console = terminal.path().to_owned();
+    let (endings, ending) = bounded(8);
+    watch_signals(endings.clone()).map_err(refuse)?;
+    let shared = Shared {
+        scan_out: Mutex::new(ScanOut::new(&device)),
+        input: Mutex::new(Input::new(args, &device, &server, terminal)?),
+        device,
+        server,
+        hz: args.hz,
+        is_verbose: args.verbose,
+        told: Mutex::new(0),
+        is_replayed: AtomicBool::new(false),
+        countdown: Mutex::new(after.map(|after| Countdown::new(after, Instant::now()))),
+        has_ended: AtomicBool::new(false),
+    };
+    let shared = Arc::new(shared);
+    // The black frame before the program is none of its frames.
+    shared.blank(|_| false);
+    let child = spawn::spawn(&program, &args.program, &shared.device, &console)
+        .map_err(|e| Refusal { status: 126, message: format!("{}: {e}", program.display()) })?;
+    Ok(shared.attend(args, child, outlets, pictures, (endings, ending)))
+}
+
+/// Connects the engine to the window's display and the movie, where there are any.
+fn outlets(args: &Run, engine: &mut Engine) -> Result<Outlets, String> {
+    let size = (engine.memory().width(), engine.memory().height());
+    let display = wants_window(args).then(|| Display::new(size.0, size.1));
+    let movie = args.movie.open(size.0, size.1)?;
+    let seen = display.clone().or_else(|| movie.is_some().then(|| Display::new(size.0, size.1)));
+    if let Some(display) = &seen {
+        engine.attach(DisplayObserver::new(display.clone()));
+    }
+    let is_alone = Arc::new(AtomicBool::new(display.is_none()));
+    let sampler = match (&movie, seen) {
+        (Some(movie), Some(display)) => movie.sample(display, Clock::Always, is_alone.clone()),
+        _ => None,
+    };
+    Ok(Outlets { display, movie, sampler, is_alone })
+}
+
+/// Starts the render thread, and listens where that is asked for.
+fn serve(args: &Run, engine: Engine) -> Result<Server, String> {
+    let places: Vec<_> =
+        args.serve.iter().map(|text| address::checked(text, args.allow_remote)).collect::<Result<_, _>>()?;
+    let mut server = Server::start(engine).map_err(|e| format!("no thread to render on: {e}"))?;
+    for place in places {
+        let place = server.listen(ListenAddress::Tcp(place)).map_err(|e| e.to_string())?;
+        say_as_program(format_args!("listening on {place}"));
+    }
+    Ok(server)
+}
+
+fn wants_window(args: &Run) -> bool {
+    if cfg!(not(feature = "window")) && !args.headless {
+        say_as_program("built without windows: going on headless");
+    }
+    cfg!(feature = "window") && !args.headless
+}
+
+/// Ends the run in order on SIGINT or SIGTERM, and at once on a second signal.
+fn watch_signals(endings: Sender<Ending>) -> Result<(), String> {
+    let mut has_come = false;
+    ctrlc::set_handler(move || {
+        if std::mem::replace(&mut has_come, true) {
+            std::process::exit(130);
+        }
+        let _ = endings.try_send(Ending::Signal);
+    })
+    .map_err(|e| format!("signals cannot be watched: {e}"))
+}
+
+impl Shared {
+    /// Attends the program to its end.
+    fn attend(
+        self: Arc<Self>,
+        args: &Run,
+        child: Child,
+        outlets: Outlets,
+        pictures: Pictures,
+        (endings, ending): (Sender<Ending>, Receiver<Ending>),
+    ) -> Status {
+        let pid = Pid::from_child(&child);
+        let (exits, exit) = bounded(1);
+        let waits = wait_for(child, exits, endings.clone());
+        let keeper = self.clone();
+        let told = endings.clone();
+        let ticks = std::thread::Builder::new().name("vsync".into()).spawn(move || keeper.keep(told));
+        let (Ok(_), Ok(ticks)) = (waits, ticks) else {
+            spawn::end_program(pid, Signal::KILL);
+            say_as_program("no thread for the vertical blanks");
+            return Status::Failed;
+        };
+        let why = match &outlets.display {
+            Some(display) => self.with_window(args, display, &outlets, endings, &ending),
+            None => ending.recv().unwrap_or(Ending::Signal),
+        };
+        let (picture, status) = self.conclude(why, pid, &exit);
+        self.has_ended.store(true, Ordering::Release);
+        // A panic there is reported by the thread itself.
+        let _ = ticks.join();
+        let picture = picture.or_else(|| self.last_picture());
+        self.device.end();
+        self.tell_refused();
+        self.warn(&pictures);
+        finish(outlets, &pictures, picture.as_deref(), status)
+    }
+
+    /// Ends the program if it still runs. Returns the picture of `--after`, if that was the reason,
+    /// and the program's status.
+    fn conclude(
+        &self,
+        why: Ending,
+        pid: Pid,
+        exit: &Receiver<ExitStatus>,
+    ) -> (Option<Box<VideoMemory>>, Status) {
+        let picture = match why {
+            Ending::Exited(status) => return (None, spawn::status_of(status)),
+            Ending::Reached(picture) => Some(picture),
+            Ending::Signal => None,
+            #[cfg(feature = "window")]
+            Ending::WindowClosed => None,
+        };
+        spawn::end_program(pid, Signal::TERM);
+        let status = exit.recv_timeout(PATIENCE).or_else(|_| {
+            spawn::end_program(pid, Signal::KILL);
+            exit.recv_timeout(PATIENCE)
+        });
+        let own = match status {
+            Ok(status) => spawn::status_of(status),
+            // It cannot be killed, as while it waits for a device.
+            Err(_) => Status::Failed,
+        };
+        let status = if picture.is_some() { Status::Success } else { own };
+        (picture, status)
+    }
+
+    /// Keeps the vertical blanks until the run has ended.
+    fn keep(self: Arc<Self>, endings: Sender<Ending>) {
+        let (started, mut blank) = (Instant::now(), 0u64);
+        while !self.has_ended.load(Ordering::Acquire) {
+            blank += 1;
+            let hz = u64::from(self.hz);
+            let due = started + Duration::new(blank / hz, (blank % hz * 1_000_000_000 / hz) as u32);
+            let now = Instant::now();
+            match due.checked_duration_since(now) {
+                Some(rest) => std::thread::sleep(rest),
+                // Blanks that were missed do not come later.
+                None => blank += ((now - due).as_secs_f64() * f64::from(self.hz)) as u64,
+            }
+            let shared = self.clone();
+            let decide = move |is_changed| shared.has_come(is_changed);
+            let Some((is_changed, picture)) = self.blank(decide) else { return };
+            let is_replayed = self.lock_input().pass_on(&self.device, is_changed, Instant::now());
+            self.is_replayed.store(is_replayed, Ordering::Release);
+            if let Some(picture) = picture {
+                let _ = endings.try_send(Ending::Reached(picture));
+            }
+            self.tell_refused();
+        }
+    }
+
+    /// Tells which requests the device does not have, with `--verbose`.
+    fn tell_refused(&self) {
+        if self.is_verbose {
+            let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+            self.device.refused_requests(&mut told).into_iter().for_each(say_as_program);
+        }
+    }
+
+    fn lock_input(&self) -> std::sync::MutexGuard<'_, Input> {
+        self.input.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Returns whether the moment of `--after` has come, once.
+    fn has_come(&self, is_changed: bool) -> bool {
+        let mut countdown = self.countdown.lock().unwrap_or_else(PoisonError::into_inner);
+        // Before the device is open, the frame is nobody's.
+        let is_changed = is_changed && self.device.opens() > 0;
+        let is_replayed = self.is_replayed.load(Ordering::Acquire);
+        let has_come = countdown.as_mut().is_some_and(|c| c.note(is_changed, is_replayed, Instant::now()));
+        if has_come {
+            *countdown = None;
+        }
+        has_come
+    }
+
+    /// One vertical blank: the render thread converts what has changed. Returns whether anything
+    /// has, and the picture if `decide` wants it. `None` if the render thread has ended.
+    fn blank(
+        self: &Arc<Self>,
+        decide: impl FnOnce(bool) -> bool + Send + 'static,
+    ) -> Option<(bool, Option<Box<VideoMemory>>)> {
+        let (done, outcome) = bounded(1);
+        let shared = self.clone();
+        self.server.thread().run_between(move |engine| {
+            let mut scan_out = shared.scan_out.lock().unwrap_or_else(PoisonError::into_inner);
+            let is_changed =
+                engine.write_frame(|memory| scan_out.update(&shared.device, memory)).unwrap_or(false);
+            shared.device.vsync();
+            let picture = decide(is_changed).then(|| Box::new(engine.memory().clone()));
+            // Without a receiver the run has ended.
+            let _ = done.send((is_changed, picture));
+        });
+        outcome.recv().ok()
+    }
+
+    /// Returns the frame after the program's end.
+    fn last_picture(self: &Arc<Self>) -> Option<Box<VideoMemory>> {
+        self.blank(|_| true).and_then(|(_, picture)| picture)
+    }
+
+    /// Says why there is no picture, where one was asked for.
+    fn warn(&self, pictures: &Pictures) {
+        if self.device.loads() == 0 {
+            say_as_program("the program has not loaded the preload library, so it had no framebuffer");
+        } else if pictures.are_wanted() && self.device.opens() == 0 {
+            say_as_program("the program has not opened /dev/fb0: the picture is black");
+        }
+    }
+
+    /// Shows the window on this thread until it is closed or the run ends for another reason.
+    #[cfg(feature = "window")]
+    fn with_window(
+        &self,
+        args: &Run,
+        display: &Arc<Display>,
+        outlets: &Outlets,
+        endings: Sender<Ending>,
+        ending: &Receiver<Ending>,
+    ) -> Ending {
+        let (watched, seen) = (display.clone(), ending.clone());
+        let watcher = std::thread::spawn(move || {
+            let why = seen.recv().unwrap_or(Ending::Signal);
+            watched.leave();
+            why
+        });
+        let name = args.program.first().map_or_else(String::new, |name| name.display().to_string());
+        let options = crate::window::Options { title: format!("fbptr run {name}"), ..Default::default() };
+        if let Err(e) = crate::window::run(display.clone(), options) {
+            say_as_program(format_args!("{e}: going on headless"));
+            match outlets.movie {
+                // The movie goes on in the window's place.
+                Some(_) => outlets.is_alone.store(true, Ordering::Release),
+                None => self.server.thread().drop_display(),
+            }
+        } else {
+            let _ = endings.try_send(Ending::WindowClosed);
+        }
+        watcher.join().unwrap_or(Ending::Signal)
+    }
+
+    #[cfg(not(feature = "window"))]
+    fn with_window(
+        &self,
+        _: &Run,
+        _: &Arc<Display>,
+        _: &Outlets,
+        _: Sender<Ending>,
+        ending: &Receiver<Ending>,
+    ) -> Ending {
+        ending.recv().unwrap_or(Ending::Signal)
+    }
+}
+
+/// Waits for the program on a thread of its own, and tells both receivers.
+fn wait_for(
+    mut child: Child,
+    exits: Sender<ExitStatus>,
+    endings: Sender<Ending>,
+) -> std::io::Result<std::thread::JoinHandle<()>> {
+    std::thread::Builder::new().name("program".into()).spawn(move || {
+        if let Ok(status) = child.wait() {
+            let _ = exits.try_send(status);
+            let _ = endings.send(Ending::Exited(status));
+        }
+    })
+}
+
+/// Writes and compares what was asked for, and returns the exit status.
+fn finish(outlets: Outlets, pictures: &Pictures, picture: Option<&VideoMemory>, status: Status) -> Status {
+    let Outlets { movie, sampler, .. } = outlets;
+    drop(sampler);
+    let Some(picture) = picture else {
+        say_as_program("the render thread has ended early");
+        return Status::Failed;
+    };
+    let mut is_saved = true;
+    if let Some(e) = movie.and_then(|movie| movie.finish(picture).err()) {
+        say_as_program(format_args!("the movie ends early: {e}"));
+        is_saved = false;
+    }
+    let is_equal = pictures.take(picture).unwrap_or_else(|e| {
+        say_as_program(e);
+        is_saved = false;
+        None
+    });
+    match (is_saved, is_equal) {
+        (false, _) | (true, Some(false)) => Status::Failed,
+        (true, Some(true)) => {
+            if !matches!(status, Status::Success | Status::Program(0)) {
+                say_as_program(format_args!(
+                    "the picture is equal; the program itself ended with {status:?}"
+                ));
+            }
+            Status::Success
+        }
+        (true, None) => status,
+    }
+}

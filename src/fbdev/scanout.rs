@@ -1,0 +1,394 @@
+//! Scan-out: converts the visible part of the device's memory to video memory.
+//!
+//! In: the device's mode, palette and memory as they are at a vertical blank. Out: rows of R, G, B,
+//! A bytes. Runs on the render thread. A copy of the memory as it was last seen, in the device's
+//! own format, tells which rows have changed: only these are converted, so what others draw into
+//! the frame over the protocol stays until the program changes the same row. A mode smaller than
+//! the frame is shown enlarged by the largest whole factor, in the middle.
+
+use super::device::Device;
+use super::layout as at;
+use super::mode::{Format, REVERSED_PIXELS, Var, format_of};
+use crate::memory::{Rgba, VideoMemory};
+use crate::simd::{Level, Pixels, unpack};
+use std::ops::Range;
+
+/// Palette of a device whose palette has not been read.
+const NO_PALETTE: [Rgba; 256] = [[0, 0, 0, 255]; 256];
+
+/// The state of the last scan-out.
+#[derive(Debug)]
+pub struct ScanOut {
+    /// The device's memory as it was last seen.
+    copy: Vec<u8>,
+    /// The mode, and the number of times that it was set.
+    mode: Option<(u32, Var)>,
+    palette: [Rgba; 256],
+    palette_sets: Option<u32>,
+    pan: (u32, u32),
+    is_blank: bool,
+    /// Colours of a row before it is enlarged.
+    row: Vec<Rgba>,
+}
+
+impl ScanOut {
+    /// Creates the scan-out of a device.
+    pub fn new(device: &Device) -> ScanOut {
+        ScanOut {
+            copy: vec![0; device.memory().len_bytes()],
+            mode: None,
+            palette: NO_PALETTE,
+            palette_sets: None,
+            pan: (0, 0),
+            is_blank: false,
+            row: Vec::new(),
+        }
+    }
+
+    /// Converts what has changed to `memory`, which has the device's size, and marks these rows.
+    /// Returns whether there were any.
+    pub fn update(&mut self, device: &Device, memory: &mut VideoMemory) -> bool {
+        let pan = device.take_pan();
+        let mut is_whole = self.take_mode(device, memory);
+        is_whole |= std::mem::replace(&mut self.pan, pan) != pan;
+        let Some((_, var)) = self.mode else { return is_whole };
+        let Some(format) = format_of(&var, 0) else { return is_whole };
+        is_whole |= self.take_palette(device, format);
+        let is_blank = device.word(at::BLANK_AT) != 0;
+        is_whole |= std::mem::replace(&mut self.is_blank, is_blank) != is_blank;
+        if is_blank {
+            if is_whole {
+                memory.clear(VideoMemory::CLEAR);
+            }
+            return is_whole;
+        }
+        self.take_rows(device, memory, &var, format, is_whole)
+    }
+
+    /// Takes over a new mode; what is outside of its picture becomes black.
+    fn take_mode(&mut self, device: &Device, memory: &mut VideoMemory) -> bool {
+        let mode = device.mode();
+        if self.mode == Some(mode) {
+            return false;
+        }
+        let is_first = self.mode.is_none();
+        self.mode = Some(mode);
+        if !is_first {
+            memory.clear(VideoMemory::CLEAR);
+        }
+        true
+    }
+
+    /// Takes over a new palette. Returns whether it changes the picture.
+    fn take_palette(&mut self, device: &Device, format: &Format) -> bool {
+        let sets = device.word(at::PALETTE_SETS_AT);
+        if self.palette_sets.replace(sets) == Some(sets) {
+            return false;
+        }
+        for (index, color) in self.palette.iter_mut().enumerate() {
+            let [red, green, blue, _] = at::unpack_color(device.long(at::PALETTE_AT + index * 8));
+            *color = [narrow(red), narrow(green), narrow(blue), 255];
+        }
+        format.is_indexed()
+    }
+
+    fn take_rows(
+        &mut self,
+        device: &Device,
+        memory: &mut VideoMemory,
+        var: &Var,
+        format: &Format,
+        is_whole: bool,
+    ) -> bool {
+        let Some(placement) = Placement::new(var, memory) else { return false };
+        let mut is_changed = false;
+        for y in 0..var.yres {
+            let Some(line) = visible_bytes(var, format.bits, self.pan, y, self.copy.len()) else { continue };
+            if !device.memory().refresh(line.words.start, &mut self.copy[line.words.clone()]) && !is_whole {
+                continue;
+            }
+            is_changed = true;
+            self.row.resize(var.xres as usize, VideoMemory::CLEAR);
+            let bytes = &self.copy[line.first_byte..line.words.end];
+            let pixels = pixels(bytes, format, var, line.skip, &self.palette);
+            if placement.is_identity {
+                let stride = memory.stride_bytes();
+                let at = y as usize * stride;
+                unpack(Level::best(), pixels, memory.bytes_mut()[at..at + stride].as_chunks_mut().0);
+                memory.mark_row(y);
+            } else {
+                unpack(Level::best(), pixels, &mut self.row);
+                placement.put(&self.row, y, memory);
+            }
+        }
+        is_changed
+    }
+}
+
+/// Returns a palette value in eight bits, as `CNVT_TOHW` of the kernel's `vfb.c` does.
+fn narrow(value: u16) -> u8 {
+    let value = u32::from(value);
+    (((value << 8) + 0x7fff - value) >> 16) as u8
+}
+
+/// Bytes of the visible part of a row.
+struct Line {
+    /// Whole words of four bytes that hold it.
+    words: Range<usize>,
+    first_byte: usize,
+    /// Pixels of the first byte that are left of it.
+    skip: usize,
+}
+
+/// Returns the place of the visible part of row `y`; `None` if a program has set it off the memory.
+fn visible_bytes(var: &Var, bits: u32, pan: (u32, u32), y: u32, len: usize) -> Option<Line> {
+    let line = u64::from(var.line_length());
+    let first_bit = u64::from(pan.0) * u64::from(bits);
+    let last_byte = (first_bit + u64::from(var.xres) * u64::from(bits)).div_ceil(8);
+    let start = (u64::from(pan.1) + u64::from(y)).checked_mul(line).filter(|start| *start < len as u64)?;
+    let words = start + first_bit / 32 * 4..start + last_byte.next_multiple_of(4);
+    if words.end > len as u64 || last_byte > line {
+        return None;
+    }
+    Some(Line {
+        words: words.start as usize..words.end as usize,
+        first_byte: (start + first_bit / 8) as usize,
+        skip: (first_bit % 8 / u64::from(bits)) as usize,
+    })
+}
+
+/// Describes a row's bytes to the conversion.
+fn pixels<'a>(
+    bytes: &'a [u8],
+    format: &Format,
+    var: &Var,
+    skip: usize,
+    palette: &'a [Rgba; 256],
+) -> Pixels<'a> {
+    let [red, green, blue, alpha] = format.channels;
+    match format.bits {
+        32 => {
+            let shifts = [red.offset, green.offset, blue.offset, alpha.offset];
+            Pixels::Words { bytes, shifts, has_alpha: alpha.length == 8 }
+        }
+        24 => Pixels::Triples { bytes, places: [red, green, blue].map(|c| c.offset as usize / 8) },
+        16 => {
+            let colors = [red, green, blue];
+            Pixels::Halves { bytes, shifts: colors.map(|c| c.offset), lengths: colors.map(|c| c.length) }
+        }
+        bits => Pixels::Indices { bytes, bits, skip, high_first: var.nonstd & REVERSED_PIXELS != 0, palette },
+    }
+}
+
+/// Place of a mode's picture in the frame.
+struct Placement {
+    is_identity: bool,
+    scale: usize,
+    origin: [usize; 2],
+    width: usize,
+}
+
+impl Placement {
+    /// Returns the place, or `None` for a mode that the frame has no room for.
+    fn new(var: &Var, memory: &VideoMemory) -> Option<Placement> {
+        let (width, height) = (memory.width(), memory.height());
+        let scale = width.checked_div(var.xres)?.min(height.checked_div(var.yres)?);
+        if scale == 0 {
+            return None;
+        }
+        let origin = [(width - var.xres * scale) / 2, (height - var.yres * scale) / 2];
+        Some(Placement {
+            is_identity: (var.xres, var.yres) == (width, height),
+            scale: scale as usize,
+            origin: origin.map(|v| v as usize),
+            width: var.xres as usize,
+        })
+    }
+
+    /// Puts row `y` of the picture into the frame.
+    fn put(&self, row: &[Rgba], y: u32, memory: &mut VideoMemory) {
+        let stride = memory.stride_bytes();
+        let first = self.origin[1] + y as usize * self.scale;
+        for line in first..first + self.scale {
+            let at = line * stride + self.origin[0] * 4;
+            let target = &mut memory.bytes_mut()[at..at + self.width * self.scale * 4];
+            for (block, color) in target.chunks_exact_mut(self.scale * 4).zip(row) {
+                block.as_chunks_mut::<4>().0.fill(*color);
+            }
+            memory.mark_row(line as u32);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fbdev::mode::{FORMATS, Format, check};
+    use crate::fbdev::{Device, DeviceOptions};
+    use std::os::unix::fs::FileExt;
+
+    /// A device of `size` pixels with its scan-out and frame.
+    struct Bench {
+        device: Device,
+        scan: ScanOut,
+        memory: VideoMemory,
+    }
+
+    impl Bench {
+        fn new(format: &str, size: (u32, u32)) -> Bench {
+            let format = Format::index(format).unwrap();
+            let device = Device::new(&DeviceOptions { size, format, hz: 60 }).unwrap();
+            let mut memory = VideoMemory::new(size.0, size.1).unwrap();
+            memory.take_damage();
+            Bench { scan: ScanOut::new(&device), device, memory }
+        }
+
+        fn write(&self, at: u64, bytes: &[u8]) {
+            self.device.memory().file().write_all_at(bytes, at).unwrap();
+        }
+
+        fn set_mode(&self, change: impl FnOnce(&mut Var)) {
+            let (sets, mut var) = self.device.mode();
+            change(&mut var);
+            let var = check(&var, self.device.limits()).unwrap();
+            for (i, word) in var.to_words().into_iter().enumerate() {
+                self.device.set_word(at::mode_word_at(sets + 1, i), word);
+            }
+            self.device.set_word(at::MODE_SETS_AT, sets + 1);
+        }
+
+        fn pan(&self, x: u32, y: u32) {
+            self.device.set_long(at::PAN_AT, u64::from(x) | u64::from(y) << 32);
+        }
+
+        fn update(&mut self) -> (bool, Range<u32>) {
+            let is_changed = self.scan.update(&self.device, &mut self.memory);
+            (is_changed, self.memory.take_damage())
+        }
+
+        fn pixel(&self, x: i32, y: i32) -> Rgba {
+            self.memory.get_pixel(x, y).unwrap()
+        }
+    }
+
+    #[test]
+    fn only_changed_rows_are_converted_and_what_others_drew_stays() {
+        let mut bench = Bench::new("bgrx", (21, 13));
+        assert_eq!(bench.update(), (true, 0..13));
+        assert!(!bench.update().0);
+        bench.write((7 * 21 + 20) * 4, &[1, 2, 3, 77]);
+        bench.memory.put_pixel(0, 6, [9; 4]);
+        bench.memory.put_pixel(0, 7, [9; 4]);
+        bench.memory.take_damage();
+        assert_eq!(bench.update(), (true, 7..8));
+        assert_eq!((bench.pixel(20, 7), bench.pixel(0, 6)), ([3, 2, 1, 255], [9; 4]));
+        assert_eq!(bench.pixel(0, 7), [0, 0, 0, 255], "the program's row is shown whole");
+        assert!(!bench.update().0);
+    }
+
+    #[test]
+    fn every_format_shows_its_channels() {
+        for format in FORMATS.iter().filter(|f| f.bits >= 16) {
+            let mut bench = Bench::new(format.name, (10, 9));
+            let [red, _, blue, _] = format.channels;
+            // A red pixel, then a blue one.
+            let of = |c: super::super::mode::Bitfield| ((1u64 << c.length) - 1) << c.offset;
+            let bytes = format.bits as usize / 8;
+            bench.write(0, &of(red).to_le_bytes()[..bytes]);
+            bench.write(bytes as u64, &of(blue).to_le_bytes()[..bytes]);
+            bench.update();
+            let alpha = if format.channels[3].length == 8 { 0 } else { 255 };
+            let found = [bench.pixel(0, 0), bench.pixel(1, 0)];
+            assert_eq!(found, [[255, 0, 0, alpha], [0, 0, 255, alpha]], "{}", format.name);
+        }
+    }
+
+    #[test]
+    fn a_palette_changes_the_picture_without_its_memory() {
+        for (name, bits) in [("pal8", 8), ("pal4", 4), ("pal2", 2), ("mono", 1)] {
+            let mut bench = Bench::new(name, (16, 8));
+            bench.write(0, &[1]);
+            bench.update();
+            bench.device.set_long(at::PALETTE_AT + 8, at::pack_color(0xffff, 0x8080, 0x0101, 0));
+            assert!(!bench.update().0, "{bits}");
+            bench.device.set_word(at::PALETTE_SETS_AT, 1);
+            assert!(bench.update().0);
+            assert_eq!(bench.pixel(0, 0), [255, 128, 1, 255], "{bits}");
+            assert_ne!(bench.pixel(1, 0), bench.pixel(0, 0));
+        }
+    }
+
+    #[test]
+    fn palette_values_are_narrowed_as_the_kernel_does_it() {
+        for value in 0..=u16::MAX {
+            let wide = u64::from(value);
+            assert_eq!(u64::from(narrow(value)), ((wide << 8) + 0x7fff - wide) >> 16);
+        }
+        assert_eq!([0, 128, 129, 0xff7f, 0xff80, 0xffff].map(narrow), [0, 0, 1, 254, 255, 255]);
+        // Every eight-bit value that is repeated in both bytes comes back.
+        assert!((0..=255u16).all(|v| u16::from(narrow(v << 8 | v)) == v));
+    }
+
+    #[test]
+    fn pages_are_flipped_and_a_place_off_the_memory_shows_nothing_new() {
+        let mut bench = Bench::new("bgrx", (16, 10));
+        bench.set_mode(|var| (var.xres_virtual, var.yres_virtual) = (17, 20));
+        bench.write((17 * 10 + 1) * 4, &[7, 8, 9, 0]);
+        bench.update();
+        assert_eq!(bench.pixel(0, 0), [0, 0, 0, 255]);
+        bench.pan(1, 10);
+        assert_eq!(bench.update(), (true, 0..10));
+        assert_eq!(bench.pixel(0, 0), [9, 8, 7, 255]);
+        for (x, y) in [(u32::MAX, 0), (0, u32::MAX), (u32::MAX, u32::MAX), (2, 0), (0, 70)] {
+            bench.pan(x, y);
+            bench.update();
+        }
+        assert_eq!(bench.pixel(0, 0), [9, 8, 7, 255]);
+    }
+
+    #[test]
+    fn a_smaller_mode_is_enlarged_in_the_middle_and_blanking_hides_it() {
+        let mut bench = Bench::new("bgrx", (30, 20));
+        bench.set_mode(|var| (var.xres, var.yres, var.xres_virtual, var.yres_virtual) = (14, 9, 14, 9));
+        bench.write(0, &[1, 2, 3, 0]);
+        bench.update();
+        let shown: Vec<(i32, i32)> = (0..20)
+            .flat_map(|y| (0..30).map(move |x| (x, y)))
+            .filter(|(x, y)| bench.pixel(*x, *y) == [3, 2, 1, 255])
+            .collect();
+        assert_eq!(shown, [(1, 1), (2, 1), (1, 2), (2, 2)]);
+        bench.device.set_word(at::BLANK_AT, 1);
+        assert!(bench.update().0 && bench.pixel(1, 1) == [0, 0, 0, 255]);
+        bench.device.set_word(at::BLANK_AT, 0);
+        assert!(bench.update().0 && bench.pixel(1, 1) == [3, 2, 1, 255]);
+    }
+
+    #[test]
+    fn a_row_whose_place_is_beyond_64_bits_shows_nothing() {
+        let var = Var { xres: 16, yres: 10, xres_virtual: 1 << 30, bits_per_pixel: 32, ..Var::default() };
+        // Rows of 2^32 bytes are none at all in 32 bits; those of one pixel less are almost that.
+        let less = Var { xres_virtual: (1 << 30) - 1, ..var };
+        for y in [0, 9] {
+            assert!(visible_bytes(&less, 32, (0, u32::MAX), y, 4096).is_none());
+            assert!(visible_bytes(&less, 32, (u32::MAX, u32::MAX), y, 4096).is_none());
+            assert!(visible_bytes(&var, 32, (0, 1), y, 4096).is_none());
+        }
+        assert!(visible_bytes(&less, 32, (0, 0), 0, 4096).is_some());
+    }
+
+    #[test]
+    fn no_words_in_the_control_page_end_the_scan_out() {
+        let mut bench = Bench::new("bgrx", (16, 10));
+        let mut number = 1u32;
+        for round in 0..3000 {
+            number = number.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let value = if round % 3 == 0 { number } else { number >> (number % 32) };
+            let at = (number >> 8) as usize % at::CONTROL_BYTES / 4 * 4;
+            bench.device.set_word(at, value);
+            if round % 50 == 0 {
+                bench.device.set_word(at::MODE_SETS_AT, round);
+            }
+            bench.update();
+        }
+    }
+}
