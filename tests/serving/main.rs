@@ -25,3 +25,4 @@ mod support;
 #[path = "../support/tools.rs"]
 mod tools;
 mod trust;
+mod vnc;
