@@ -185,7 +185,7 @@ fn the_lists_have_no_cycle() {
 }
 
 /// Returns everything that a part imports, itself or by others.
-fn reached<'e>(list: Edges, from: &'e str) -> BTreeSet<&'e str> {
+fn reached(list: Edges, from: &str) -> BTreeSet<&str> {
     let (mut found, mut open) = (BTreeSet::new(), vec![from]);
     while let Some(name) = open.pop() {
         let imports = list.iter().filter(|(part, _)| *part == name).flat_map(|(_, to)| *to);

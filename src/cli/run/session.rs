@@ -42,6 +42,7 @@ struct Outlets {
     movie: Option<MovieWriter>,
     sampler: Option<Sampler>,
     /// True while there is no window.
+    #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "windows alone change it"))]
     is_alone: Arc<AtomicBool>,
 }
 

@@ -124,8 +124,7 @@ mod tests {
             lights: Vec::with_capacity(capacity),
             ..MaterialLighting::constant([0.0; 3], [0.0; 3])
         };
-        let mut setup = BlendedSetup::default();
-        setup.is_set_up = true;
+        let mut setup = BlendedSetup { is_set_up: true, ..BlendedSetup::default() };
         setup.lightings.extend([(1, lighting(8)), (2, lighting(0)), (3, lighting(5))]);
         setup.forget();
         assert!(setup.lightings.is_empty() && !setup.is_set_up());

@@ -159,19 +159,16 @@ impl PixelRuns {
 }
 
 /// Changed rows that an observer has not handled yet: the smallest range that contains them.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct PendingRows(Range<u32>);
-
-impl Default for PendingRows {
-    fn default() -> Self {
-        PendingRows(u32::MAX..0)
-    }
-}
 
 impl PendingRows {
     /// Adds rows.
     pub fn add(&mut self, rows: &Range<u32>) {
-        self.0 = self.0.start.min(rows.start)..self.0.end.max(rows.end);
+        self.0 = match self.0.is_empty() {
+            true => rows.clone(),
+            false => self.0.start.min(rows.start)..self.0.end.max(rows.end),
+        };
     }
 
     /// Returns whether there are none.

@@ -43,7 +43,7 @@ pub fn item_at(text: &str, name: &str) -> Option<Item> {
         let kind = kind_of(line);
         line.starts_with("pub ") && !["use", "mod"].contains(&kind) && name_of(line, kind) == name
     };
-    match lines.iter().position(|line| is_it(&line)) {
+    match lines.iter().position(is_it) {
         Some(at) => Some(read_item(&lines, at)),
         None => from_macro(&lines, name),
     }
