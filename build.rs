@@ -1,5 +1,6 @@
 //! Compiles the preload library of `fbptr run` (`preload/lib.rs`) for Linux with the GNU C library,
-//! so that the program carries it. Elsewhere nothing is compiled, and `run` says so.
+//! so that the program carries it. Elsewhere, and for a library without the program (feature `cli`),
+//! nothing is compiled.
 
 use std::env;
 use std::path::PathBuf;
@@ -11,7 +12,12 @@ fn main() {
     println!("cargo::rustc-check-cfg=cfg(fbptr_preload)");
     let set = |name: &str| env::var(name).unwrap_or_default();
     let is_known = ["x86_64", "aarch64", "riscv64"].contains(&&*set("CARGO_CFG_TARGET_ARCH"));
-    if set("CARGO_CFG_TARGET_OS") != "linux" || set("CARGO_CFG_TARGET_ENV") != "gnu" || !is_known {
+    let is_served = env::var_os("CARGO_FEATURE_CLI").is_some();
+    if !is_served
+        || set("CARGO_CFG_TARGET_OS") != "linux"
+        || set("CARGO_CFG_TARGET_ENV") != "gnu"
+        || !is_known
+    {
         return;
     }
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it")).join("fbptr_preload.so");

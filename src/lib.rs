@@ -174,6 +174,7 @@ pub mod scene;
 pub mod draw2d;
 pub mod eye;
 #[cfg(fbptr_preload)]
+#[doc(hidden)]
 pub mod fbdev;
 pub mod pipeline;
 #[cfg(feature = "truth")]

@@ -12,7 +12,7 @@ mod color;
 mod color_names;
 mod compositing;
 mod depth;
-#[cfg(target_os = "linux")]
+#[cfg(fbptr_preload)]
 mod device;
 mod fbptr;
 mod pick_buffer;
@@ -27,7 +27,7 @@ pub use compositing::over;
 pub(crate) use compositing::{blend, opaque};
 pub(crate) use depth::{DEPTH_CELL, DepthCells};
 pub use depth::{DepthFormat, DepthMemory, DepthWords};
-#[cfg(target_os = "linux")]
+#[cfg(fbptr_preload)]
 pub use device::DeviceMemory;
 pub use fbptr::FbPtr;
 pub use pick_buffer::PickBuffer;

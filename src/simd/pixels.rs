@@ -1,8 +1,8 @@
 //! Pixels of framebuffer formats to R, G, B, A bytes.
 //!
 //! Plain loops, compiled once for every level's instructions: the compiler makes vectors of them.
-//! Channels of less than eight bits are widened as the kernel does it
-//! (`drivers/gpu/drm/drm_format_helper.c`): the highest bits are repeated below the lowest.
+//! Channels of less than eight bits are widened by repeating their bits, from the highest on: 0 stays
+//! 0, and the largest value becomes 255.
 
 use super::{Kernel, Level, Simd};
 
@@ -135,26 +135,22 @@ mod tests {
         Level::ALL.into_iter().filter(|level| level.is_available())
     }
 
-    /// `drm_fb_rgb565_to_xrgb8888` of the kernel, word for word.
-    fn kernel_565(v: u32) -> [u8; 4] {
-        let wide = (v & 0xf800) << 8 | (v & 0x07e0) << 5 | (v & 0x001f) << 3;
-        let [b, g, r, _] = (wide | (wide >> 3) & 0x0007_0007 | (wide >> 2) & 0x0000_0300).to_le_bytes();
-        [r, g, b, 255]
+    /// Returns the first eight bits of a channel's bits, repeated without end.
+    fn repeated(value: u32, length: u32) -> u8 {
+        (0..8).fold(0, |wide, bit| wide << 1 | (value >> (length - 1 - bit % length) & 1) as u8)
     }
 
     #[test]
-    fn every_value_of_16_bits_is_widened_as_the_kernel_does_it() {
+    fn every_value_of_16_bits_is_widened_by_repeating_its_bits() {
         let bytes: Vec<u8> = (0..=u16::MAX).flat_map(u16::to_le_bytes).collect();
         for level in levels() {
-            let mut to = vec![[0; 4]; 1 << 16];
-            unpack(level, Pixels::Halves { bytes: &bytes, shifts: [11, 5, 0], lengths: [5, 6, 5] }, &mut to);
-            for (v, pixel) in to.iter().enumerate() {
-                assert_eq!(*pixel, kernel_565(v as u32), "{v:#x} at {}", level.as_str());
-            }
-            unpack(level, Pixels::Halves { bytes: &bytes, shifts: [0, 5, 10], lengths: [5; 3] }, &mut to);
-            for (v, pixel) in to.iter().enumerate() {
-                let five = |at: usize| (v >> at & 31) << 3 | (v >> at & 31) >> 2;
-                assert_eq!(pixel.map(usize::from), [five(0), five(5), five(10), 255], "{v:#x}");
+            for (shifts, lengths) in [([11, 5, 0], [5, 6, 5]), ([0, 5, 10], [5; 3]), ([8, 4, 0], [4; 3])] {
+                let mut to = vec![[0; 4]; 1 << 16];
+                unpack(level, Pixels::Halves { bytes: &bytes, shifts, lengths }, &mut to);
+                for (v, pixel) in (0u32..).zip(&to) {
+                    let channel = |i: usize| repeated(v >> shifts[i] & ((1 << lengths[i]) - 1), lengths[i]);
+                    assert_eq!(*pixel, [channel(0), channel(1), channel(2), 255], "{v:#x} at {level:?}");
+                }
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use fbptr::memory::VideoMemory;
 use fbptr::server::{Engine, Limits, ListenAddress, Server};
-use std::io::{Read, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -99,7 +99,11 @@ impl Wire {
 
     /// Closes the sending side and reads to the end.
     pub fn rest(mut self) -> Vec<u8> {
-        self.0.shutdown(Shutdown::Write).unwrap();
+        match self.0.shutdown(Shutdown::Write) {
+            // The server may have closed the connection already; what it sent can still be read.
+            Err(e) if e.kind() == ErrorKind::NotConnected => {}
+            result => result.unwrap(),
+        }
         let mut all = Vec::new();
         self.0.read_to_end(&mut all).unwrap();
         all
