@@ -28,7 +28,7 @@ pub(crate) use compositing::{blend, opaque};
 pub(crate) use depth::{DEPTH_CELL, DepthCells};
 pub use depth::{DepthFormat, DepthMemory, DepthWords};
 #[cfg(fbptr_preload)]
-pub use device::DeviceMemory;
+pub(crate) use device::DeviceMemory;
 pub use fbptr::FbPtr;
 pub use pick_buffer::PickBuffer;
 #[cfg(feature = "server")]

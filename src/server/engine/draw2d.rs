@@ -2,7 +2,7 @@
 //!
 //! In: pixels, rectangles and figures of one session. Out: changed video memory, replies, counters.
 
-use super::{Engine, Framebuffer};
+use super::{Engine, EngineFrame};
 use crate::command::{BINARY_PIXEL_BYTES, Figure, Rect};
 use crate::draw2d::{self, Blend, Line};
 use crate::error::{Code, Fault};
@@ -22,7 +22,7 @@ impl From<draw2d::DrawError> for Fault {
     }
 }
 
-impl Framebuffer {
+impl EngineFrame {
     pub(super) fn size(&self, out: &mut Vec<u8>) {
         let (w, h) = (self.memory.width(), self.memory.height());
         out.extend_from_slice(format!("SIZE {w} {h}\n").as_bytes());

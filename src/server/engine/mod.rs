@@ -25,9 +25,9 @@ mod draw2d;
 mod draw3d;
 mod drawing;
 mod empty_draw;
+mod engine_frame;
 mod files;
 mod frame_source;
-mod framebuffer;
 mod job;
 mod long_draw;
 mod observer;
@@ -55,8 +55,8 @@ use crate::pipeline::quality::ChoiceCache;
 use crate::scene::ViewOverrides;
 use std::sync::Arc;
 
+use engine_frame::EngineFrame;
 pub(in crate::server) use files::FileReader;
-use framebuffer::Framebuffer;
 pub(in crate::server) use job::{Job, JobResult};
 use long_draw::DrawThread;
 pub use observer::{Event, FrameView, Observer, Occasion, PendingRows, PixelRuns};
@@ -110,7 +110,7 @@ impl Default for Dialect {
 /// State that all connections share: video memory, shared resources and totals.
 #[derive(Debug)]
 pub struct Engine {
-    framebuffer: Framebuffer,
+    framebuffer: EngineFrame,
     rendering: Rendering,
     resources: Resources,
     pub(in crate::server) quotas: Quotas,
@@ -188,7 +188,7 @@ impl Engine {
         let mut renderer = Renderer::default();
         renderer.set_budget(&quotas.budget);
         Ok(Engine {
-            framebuffer: Framebuffer::new(width, height, &quotas.budget)?,
+            framebuffer: EngineFrame::new(width, height, &quotas.budget)?,
             rendering: Rendering {
                 renderer,
                 choices: ChoiceCache::default(),

@@ -5,7 +5,7 @@
 //! an event costs one comparison if there is no observer.
 
 use super::observer::{Event, FrameView, Observer, Occasion, PixelRuns};
-use super::{Counters, Engine, Framebuffer, Request};
+use super::{Counters, Engine, EngineFrame, Request};
 use crate::command::Command;
 use crate::server::Session;
 use crate::server::read_files::ReadFile;
@@ -14,8 +14,8 @@ use std::ops::Range;
 use std::time::Instant;
 
 impl<'a> FrameView<'a> {
-    fn of(framebuffer: &'a Framebuffer, counters: &Counters) -> Self {
-        let Framebuffer { memory, depth, .. } = framebuffer;
+    fn of(framebuffer: &'a EngineFrame, counters: &Counters) -> Self {
+        let EngineFrame { memory, depth, .. } = framebuffer;
         FrameView { memory, depth: depth.as_ref(), frames: counters.frames, is_frozen: counters.frozen > 0 }
     }
 }

@@ -24,7 +24,7 @@ const MAX_ID_NAMES: usize = 1 << 16;
 
 /// The memories that commands draw into.
 #[derive(Debug)]
-pub(super) struct Framebuffer {
+pub(super) struct EngineFrame {
     pub memory: VideoMemory,
     pub depth: Option<DepthMemory>,
     pub depth_format: DepthFormat,
@@ -50,13 +50,13 @@ struct IdNames {
     last_scene: u32,
 }
 
-impl Framebuffer {
+impl EngineFrame {
     /// Creates a cleared frame.
     pub fn new(width: u32, height: u32, budget: &MemoryBudget) -> Result<Self, Fault> {
         let empty = || budget.empty(MemoryUse::Frame);
         let mut frame_held = empty();
         frame_held.try_grow(u64::from(width) * u64::from(height) * 4)?;
-        Ok(Framebuffer {
+        Ok(EngineFrame {
             memory: VideoMemory::new(width, height)?,
             depth: None,
             depth_format: DepthFormat::default(),
