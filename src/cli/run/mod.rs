@@ -31,7 +31,6 @@ pub(super) use spawn::started;
 
 /// Run a program that draws on /dev/fb0.
 #[derive(Debug, Args)]
-#[cfg_attr(not(fbptr_preload), expect(dead_code, reason = "there is no framebuffer to emulate"))]
 pub struct Run {
     /// The frame's size, and the largest mode of the framebuffer
     #[arg(long, value_name = "WxH")]
