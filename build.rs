@@ -13,7 +13,10 @@ fn main() {
     let set = |name: &str| env::var(name).unwrap_or_default();
     let is_known = ["x86_64", "aarch64", "riscv64"].contains(&&*set("CARGO_CFG_TARGET_ARCH"));
     let is_served = env::var_os("CARGO_FEATURE_CLI").is_some();
+    // Without a linker for another architecture the program cannot be linked either, only checked.
+    let is_linked = set("TARGET") == set("HOST") || env::var_os("RUSTC_LINKER").is_some();
     if !is_served
+        || !is_linked
         || set("CARGO_CFG_TARGET_OS") != "linux"
         || set("CARGO_CFG_TARGET_ENV") != "gnu"
         || !is_known
