@@ -1,11 +1,11 @@
 //! The engine: runs commands on the video memory, one by one, on the thread that calls it.
 //!
-//! In: a [`Command`] and the [`Session`] of the connection that it came from. Out: changed memory,
-//! reply bytes, or a [`Fault`] that says why nothing changed. It owns everything that connections
-//! share: video memory, depth buffer, the pick buffer, resources whose names begin with `@`, the
-//! frame count, the totals. Displays, recordings and the like are its observers ([`Observer`]). It
-//! starts no thread, and without observers or a folder it does no I/O. The caller decides the order:
-//! a command has taken effect before the next one runs.
+//! In: a [`Command`](crate::command::Command) and the [`Session`] of the connection that it came
+//! from. Out: changed memory, reply bytes, or a [`Fault`] that says why nothing changed. It owns
+//! everything that connections share: video memory, depth buffer, the pick buffer, resources whose
+//! names begin with `@`, the frame count, the totals. Displays, recordings and the like are its
+//! observers ([`Observer`]). It starts no thread, and without observers or a folder it does no I/O.
+//! The caller decides the order: a command has taken effect before the next one runs.
 //!
 //! ```
 //! use fbptr::command::Command;
