@@ -5,6 +5,11 @@
 //! own format, tells which rows have changed: only these are converted, so what others draw into
 //! the frame over the protocol stays until the program changes the same row. A mode smaller than
 //! the frame is shown enlarged by the largest whole factor, in the middle.
+//!
+//! Where the device's bytes are those of the frame, and nobody else draws into it, video memory is
+//! that copy: there is no second one, and nothing is converted. The device's memory itself cannot be
+//! video memory: a program changes it while a checksum or an encoder reads it, and plain references
+//! to such bytes are undefined behaviour.
 
 use super::device::Device;
 use super::layout as at;
@@ -13,14 +18,18 @@ use crate::memory::{Rgba, VideoMemory};
 use crate::simd::{Level, Pixels, unpack};
 use std::ops::Range;
 
+/// Lowest bit and length of the channels in video memory.
+const RGBA: [(u32, u32); 4] = [(0, 8), (8, 8), (16, 8), (24, 8)];
 /// Palette of a device whose palette has not been read.
 const NO_PALETTE: [Rgba; 256] = [[0, 0, 0, 255]; 256];
 
 /// The state of the last scan-out.
 #[derive(Debug)]
 pub struct ScanOut {
-    /// The device's memory as it was last seen.
+    /// The device's memory as it was last seen; empty while video memory holds it.
     copy: Vec<u8>,
+    /// True if others than the device's programs draw into video memory.
+    is_shared: bool,
     /// The mode, and the number of times that it was set.
     mode: Option<(u32, Var)>,
     palette: [Rgba; 256],
@@ -32,10 +41,12 @@ pub struct ScanOut {
 }
 
 impl ScanOut {
-    /// Creates the scan-out of a device.
-    pub fn new(device: &Device) -> ScanOut {
+    /// Creates the scan-out of a device: to a video memory that others draw into, too, or to one of
+    /// its own.
+    pub fn new(is_shared: bool) -> ScanOut {
         ScanOut {
-            copy: vec![0; device.memory().len_bytes()],
+            copy: Vec::new(),
+            is_shared,
             mode: None,
             palette: NO_PALETTE,
             palette_sets: None,
@@ -62,6 +73,12 @@ impl ScanOut {
             }
             return is_whole;
         }
+        if !self.is_shared && is_same(&var, format, pan, memory) {
+            self.copy = Vec::new();
+            return take_bytes(device, memory, is_whole);
+        }
+        // A change of the mode or of the visible part has led here: all rows are converted.
+        self.copy.resize(device.memory().len_bytes(), 0);
         self.take_rows(device, memory, &var, format, is_whole)
     }
 
@@ -123,6 +140,27 @@ impl ScanOut {
         }
         is_changed
     }
+}
+
+/// Returns whether the first bytes of the device's memory are those of the frame.
+fn is_same(var: &Var, format: &Format, pan: (u32, u32), memory: &VideoMemory) -> bool {
+    let size = (memory.width(), memory.height());
+    let is_rgba = format.bits == 32 && format.channels.map(|c| (c.offset, c.length)) == RGBA;
+    is_rgba && pan == (0, 0) && (var.xres, var.yres) == size && (var.xres_virtual, var.yres_virtual) == size
+}
+
+/// Copies the rows that differ, as they are, and marks them. Returns whether there were any.
+fn take_bytes(device: &Device, memory: &mut VideoMemory, is_whole: bool) -> bool {
+    let stride = memory.stride_bytes();
+    let mut is_changed = is_whole;
+    for y in 0..memory.height() {
+        let at = y as usize * stride;
+        if device.memory().refresh(at, &mut memory.bytes_mut()[at..at + stride]) || is_whole {
+            memory.mark_row(y);
+            is_changed = true;
+        }
+    }
+    is_changed
 }
 
 /// Returns a palette value in eight bits, as `CNVT_TOHW` of the kernel's `vfb.c` does.
@@ -240,7 +278,7 @@ mod tests {
             let device = Device::new(&DeviceOptions { size, format, hz: 60 }).unwrap();
             let mut memory = VideoMemory::new(size.0, size.1).unwrap();
             memory.take_damage();
-            Bench { scan: ScanOut::new(&device), device, memory }
+            Bench { scan: ScanOut::new(true), device, memory }
         }
 
         fn write(&self, at: u64, bytes: &[u8]) {
@@ -287,6 +325,40 @@ mod tests {
     }
 
     #[test]
+    fn rgba_is_taken_over_without_a_copy_unless_others_draw() {
+        let mut bench = Bench::new("rgba", (21, 13));
+        bench.scan = ScanOut::new(false);
+        assert_eq!(bench.update(), (true, 0..13));
+        assert_eq!(bench.pixel(3, 3), [0; 4]);
+        assert!(!bench.update().0 && bench.scan.copy.is_empty());
+        bench.write((7 * 21 + 20) * 4, &[1, 2, 3, 77]);
+        assert_eq!((bench.update(), bench.pixel(20, 7)), ((true, 7..8), [1, 2, 3, 77]));
+        // Two pages need a copy, and one page does not; both show what is in memory.
+        bench.set_mode(|var| var.yres_virtual = 26);
+        assert_eq!((bench.update(), bench.pixel(20, 7)), ((true, 0..13), [1, 2, 3, 77]));
+        assert_eq!(bench.scan.copy.len(), bench.device.memory().len_bytes());
+        bench.set_mode(|var| var.yres_virtual = 13);
+        assert_eq!((bench.update(), bench.pixel(20, 7)), ((true, 0..13), [1, 2, 3, 77]));
+        assert!(bench.scan.copy.is_empty() && !bench.update().0);
+        bench.device.set_word(at::BLANK_AT, 1);
+        assert!(bench.update().0 && bench.pixel(20, 7) == [0, 0, 0, 255] && !bench.update().0);
+        bench.device.set_word(at::BLANK_AT, 0);
+        assert_eq!((bench.update(), bench.pixel(20, 7)), ((true, 0..13), [1, 2, 3, 77]));
+        bench.pan(0, 1);
+        assert_eq!((bench.update(), bench.pixel(20, 6)), ((true, 0..13), [1, 2, 3, 77]));
+        // What others have drawn stays where they draw.
+        for (is_shared, expected) in [(true, [9; 4]), (false, [0; 4])] {
+            let mut bench = Bench::new("rgba", (21, 13));
+            bench.scan = ScanOut::new(is_shared);
+            bench.update();
+            bench.memory.put_pixel(5, 5, [9; 4]);
+            bench.update();
+            assert_eq!(bench.pixel(5, 5), expected, "others draw: {is_shared}");
+            assert_eq!(bench.scan.copy.is_empty(), !is_shared);
+        }
+    }
+
+    #[test]
     fn every_format_shows_its_channels() {
         for format in FORMATS.iter().filter(|f| f.bits >= 16) {
             let mut bench = Bench::new(format.name, (10, 9));
@@ -301,6 +373,83 @@ mod tests {
             let found = [bench.pixel(0, 0), bench.pixel(1, 0)];
             assert_eq!(found, [[255, 0, 0, alpha], [0, 0, 255, alpha]], "{}", format.name);
         }
+    }
+
+    #[test]
+    fn every_value_of_every_channel_is_widened_by_the_kernels_rule() {
+        for format in FORMATS.iter().filter(|f| f.bits >= 16) {
+            let mut bench = Bench::new(format.name, (256, 8));
+            for (channel, field) in format.channels.iter().enumerate().filter(|(_, field)| field.length > 0) {
+                let values = 1u32 << field.length;
+                let bytes = format.bits as usize / 8;
+                let row: Vec<u8> = (0..values)
+                    .flat_map(|v| (v << field.offset).to_le_bytes().into_iter().take(bytes))
+                    .collect();
+                bench.write(0, &row);
+                bench.update();
+                for v in 0..values {
+                    // The value's bits again and again, from the highest down.
+                    let repeated = v << (32 - field.length) | v << 32u32.saturating_sub(2 * field.length);
+                    let found = bench.pixel(v as i32, 0);
+                    let mut expected = [0, 0, 0, if format.channels[3].length == 8 { 0 } else { 255 }];
+                    expected[channel] = (repeated >> 24) as u8;
+                    assert_eq!(found, expected, "{} channel {channel}: {v}", format.name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn each_of_256_indices_shows_its_entry_of_the_palette() {
+        let mut bench = Bench::new("pal8", (256, 8));
+        let indices: Vec<u8> = (0..=255).collect();
+        bench.write(0, &indices);
+        for i in 0..256u16 {
+            let color = at::pack_color(i << 8 | i, (255 - i) * 257, (i ^ 0x5a) * 257, 0);
+            bench.device.set_long(at::PALETTE_AT + usize::from(i) * 8, color);
+        }
+        bench.device.set_word(at::PALETTE_SETS_AT, 1);
+        bench.update();
+        for i in 0..=255u8 {
+            assert_eq!(bench.pixel(i.into(), 0), [i, 255 - i, i ^ 0x5a, 255]);
+        }
+    }
+
+    #[test]
+    fn page_flips_show_no_mixed_frame_in_10_000() {
+        const FLIPS: u32 = 10_000;
+        let (width, height) = (16, 12);
+        let mut bench = Bench::new("bgrx", (width, height));
+        bench.set_mode(|var| var.yres_virtual = 2 * height);
+        let Bench { device, scan, memory } = &mut bench;
+        let device = &*device;
+        let is_over = std::sync::atomic::AtomicBool::new(false);
+        let (mut frames, mut colors) = (0, std::collections::HashSet::new());
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                // The program: each page has one colour, and is written while the other is visible.
+                let page = u64::from(width * height * 4);
+                for flip in 1..=FLIPS {
+                    let (y, color) = (flip % 2, (flip % 251) as u8);
+                    let bytes = vec![color; page as usize];
+                    device.memory().file().write_all_at(&bytes, u64::from(y) * page).unwrap();
+                    device.set_long(at::PAN_AT, u64::from(y * height) << 32);
+                    device.set_word(at::PANS_AT, flip);
+                    while device.word(at::PANS_TAKEN_AT) != flip {
+                        std::thread::yield_now();
+                    }
+                }
+                is_over.store(true, std::sync::atomic::Ordering::Release);
+            });
+            while !is_over.load(std::sync::atomic::Ordering::Acquire) {
+                scan.update(device, memory);
+                let pixels = memory.bytes().as_chunks::<4>().0;
+                assert!(pixels.iter().all(|p| *p == pixels[0]), "frame {frames} is mixed: {pixels:?}");
+                colors.insert(pixels[0]);
+                frames += 1;
+            }
+        });
+        assert!(frames >= FLIPS && colors.len() >= 251, "{frames} frames of {} colours", colors.len());
     }
 
     #[test]

@@ -91,7 +91,7 @@ pub fn run(args: &Run) -> Result<Status, Refusal> {
     let (endings, ending) = bounded(8);
     watch_signals(endings.clone()).map_err(refuse)?;
     let shared = Shared {
-        scan_out: Mutex::new(ScanOut::new(&device)),
+        scan_out: Mutex::new(ScanOut::new(!args.serve.is_empty())),
         input: Mutex::new(Input::new(args, &device, &server, terminal)?),
         device,
         server,
