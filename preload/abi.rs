@@ -7,6 +7,8 @@ unsafe extern "C" {
     pub fn abort() -> !;
     pub fn dlsym(handle: *mut c_void, name: *const c_char) -> *mut c_void;
     pub fn getenv(name: *const c_char) -> *const c_char;
+    pub fn setenv(name: *const c_char, value: *const c_char, overwrite: c_int) -> c_int;
+    pub static environ: *const *const c_char;
     pub fn __errno_location() -> *mut c_int;
     pub fn close(fd: c_int) -> c_int;
     pub fn socket(domain: c_int, kind: c_int, protocol: c_int) -> c_int;

@@ -28,10 +28,14 @@ static PAGE: AtomicPtr<u8> = AtomicPtr::new(ptr::null_mut());
 /// The numbers of `FBPTR_RUN`, once the page is mapped: the program may clear its environment.
 static FACTS: [AtomicU64; 5] = [const { AtomicU64::new(0) }; 5];
 
+/// The descriptor of the program `fbptr` that is this library, plus 1; 0 if it is not known.
+static LIBRARY: AtomicU64 = AtomicU64::new(0);
+
 /// Attaches to the device when the library is loaded.
 pub extern "C" fn attach() {
     if let Some(device) = device() {
         device.word(at::LOADS_AT).fetch_add(1, Ordering::Relaxed);
+        device.note_library();
     }
 }
 
@@ -111,9 +115,55 @@ impl Device {
         unsafe { AtomicU64::from_ptr(self.page.cast_mut().add(offset).cast()) }
     }
 
+    /// Notes which descriptor the library was loaded from, before a program changes its environment.
+    fn note_library(&self) {
+        // SAFETY: the name ends with a zero byte.
+        let value = unsafe { abi::getenv(c"LD_PRELOAD".as_ptr()) };
+        if value.is_null() {
+            return;
+        }
+        // SAFETY: an environment variable is a C string, which nobody changes yet.
+        let text = unsafe { CStr::from_ptr(value) }.to_bytes();
+        let folder = self.descriptors();
+        let number = |part: &[u8]| numbers::<1>(part.strip_prefix(folder.as_bytes())?);
+        if let Some([number]) = text.split(|b| matches!(b, b':' | b' ')).find_map(number) {
+            LIBRARY.store(number.wrapping_add(1), Ordering::Relaxed);
+        }
+    }
+
+    /// Returns the folder of the descriptors of the program `fbptr`.
+    fn descriptors(&self) -> Text<64> {
+        let mut path = Text::new();
+        path.push(b"/proc/").number(self.pid).push(b"/fd/");
+        path
+    }
+
+    /// Returns the path that the library was loaded from.
+    pub fn library_path(&self) -> Option<Text<64>> {
+        let number = LIBRARY.load(Ordering::Relaxed).checked_sub(1)?;
+        let mut path = self.descriptors();
+        path.number(number);
+        Some(path)
+    }
+
+    /// Returns the environment variable by which a program finds the device, name and value.
+    pub fn variable(&self) -> Text<192> {
+        let mut text = Text::new();
+        text.push(at::ENVIRONMENT.as_bytes()).push(b"=").push(self.value().as_bytes());
+        text
+    }
+
+    /// Returns the value of that variable.
+    pub fn value(&self) -> Text<128> {
+        let mut text = Text::new();
+        text.number(self.pid).push(b"/").number(self.control_fd).push(b"/").number(self.memory_fd);
+        text.push(b"/").number(self.memory_device).push(b"/").number(self.memory_inode);
+        text
+    }
+
     fn open_number(&self, number: u64, flags: c_int) -> c_int {
-        let mut path = Text::<64>::new();
-        path.push(b"/proc/").number(self.pid).push(b"/fd/").number(number);
+        let mut path = self.descriptors();
+        path.number(number);
         let Some(open) = next!("open", as Open) else { return fail(abi::ENOSYS) };
         // SAFETY: the path is a C string.
         let fd = unsafe { open(path.as_ptr(), flags, 0) };

@@ -20,6 +20,7 @@ mod abi;
 mod console;
 mod device;
 mod evdev;
+mod exec;
 mod framebuffer;
 mod hooks;
 #[allow(dead_code)]

@@ -52,6 +52,19 @@ fn several_processes_of_a_shell_share_one_device() {
 }
 
 #[test]
+fn programs_that_clear_their_environment_keep_the_device() {
+    let folder = Folder::new("run-exec");
+    let Some(program) = compiled(&folder, "exec.c", &[]) else { return };
+    let (output, picture) = picture_of(&folder, &["--size", "16x8"], &[program.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    assert_eq!(picture.get_pixel(0, 0).unwrap(), [3, 2, 1, 255]);
+    let words = ["env", "-i", "/bin/sh", "-c", "printf '\\001' > /dev/fb0; /usr/bin/env"];
+    let (output, picture) = picture_of(&folder, &["--size", "16x8"], &words);
+    assert_eq!(picture.get_pixel(0, 0).unwrap(), [0, 0, 1, 255], "{output:?}");
+    assert!(!text(&output.stdout).contains("PATH=/usr"), "the rest is cleared: {output:?}");
+}
+
+#[test]
 fn python_maps_the_device() {
     if !tools::are_there(&["python3"]) {
         return;
