@@ -2,7 +2,9 @@
 //!
 //! Plain loops, compiled once for every level's instructions: the compiler makes vectors of them.
 //! Channels of less than eight bits are widened by repeating their bits, from the highest on: 0 stays
-//! 0, and the largest value becomes 255.
+//! 0, the largest value becomes 255, and both of the kernel's rules for narrow channels give the
+//! value back: the rounding one of `CNVT_TOHW` (`drivers/video/fbdev/vfb.c`) and the one of
+//! `drm_format_helper.c`, which drops bits.
 
 use super::{Kernel, Level, Simd};
 
@@ -138,6 +140,24 @@ mod tests {
     /// Returns the first eight bits of a channel's bits, repeated without end.
     fn repeated(value: u32, length: u32) -> u8 {
         (0..8).fold(0, |wide, bit| wide << 1 | (value >> (length - 1 - bit % length) & 1) as u8)
+    }
+
+    /// `CNVT_TOHW(val, width)` of the kernel's `vfb.c`: a channel of 16 bits in `width` bits.
+    fn kernel_narrow(val: u32, width: u32) -> u32 {
+        ((val << width) + 0x7fff - val) >> 16
+    }
+
+    #[test]
+    fn the_kernels_rules_for_narrow_channels_give_every_value_back() {
+        for length in 4..=8 {
+            for v in 0..1 << length {
+                let wide = widen(v, length);
+                assert!(wide < 256);
+                assert_eq!(kernel_narrow(wide * 257, length), v, "{v} of {length} bits");
+                assert_eq!(wide >> (8 - length), v, "{v} of {length} bits, by dropping bits");
+            }
+            assert_eq!((widen(0, length), widen((1 << length) - 1, length)), (0, 255));
+        }
     }
 
     #[test]
