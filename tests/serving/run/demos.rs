@@ -51,7 +51,7 @@ fn every_demo_in_python_draws() {
     }
     let folder = Folder::new("run-demos-python");
     let sources = demos("py");
-    assert_eq!(sources.len(), 5);
+    assert_eq!(sources.len(), 6);
     for source in sources {
         check(&folder, &["python3", source.to_str().unwrap(), "12"]);
     }
