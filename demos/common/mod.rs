@@ -1,4 +1,4 @@
-//! Shared code of the demos: the arguments `--headless --frames N --snap FILE`, a render thread or
+//! Shared code of the demos: the arguments `--headless --crt --frames N --snap FILE`, a render thread or
 //! server, and an optional window.
 
 #![allow(dead_code, reason = "no demo uses all of it")]
@@ -32,6 +32,8 @@ pub enum Motion {
 pub struct Arguments {
     /// True if no window is to be opened.
     pub headless: bool,
+    /// True if the window shows the frame as a cathode ray tube does.
+    pub crt: bool,
     /// Number of frames to draw; by default the demo decides.
     pub frames: Option<u64>,
     /// File in which the last frame is saved.
@@ -42,11 +44,12 @@ pub struct Arguments {
 
 /// Parses the arguments of the process; `None` if one of them is unknown or malformed.
 pub fn arguments() -> Option<Arguments> {
-    let mut found = Arguments { headless: false, frames: None, snap: None, place: None };
+    let mut found = Arguments { headless: false, crt: false, frames: None, snap: None, place: None };
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         match word.as_str() {
             "--headless" => found.headless = true,
+            "--crt" => found.crt = true,
             "--frames" => found.frames = Some(words.next()?.parse().ok()?),
             "--snap" => found.snap = Some(words.next()?.into()),
             _ if word.starts_with('-') || found.place.is_some() => return None,
@@ -60,7 +63,7 @@ pub fn arguments() -> Option<Arguments> {
 /// arguments.
 pub fn run(usage: &str, demo: impl FnOnce(Arguments) -> Outcome) -> ExitCode {
     let Some(arguments) = arguments() else {
-        eprintln!("expected {usage}[--headless] [--frames N] [--snap FILE]");
+        eprintln!("expected {usage}[--headless] [--crt] [--frames N] [--snap FILE]");
         return ExitCode::from(2);
     };
     match demo(arguments) {
@@ -80,7 +83,7 @@ pub fn show(
     motion: Motion,
     draw: impl FnMut(&Client, u64) -> Result<(), Fault> + Send + 'static,
 ) -> ExitCode {
-    run("", |Arguments { headless, frames, snap, place }| {
+    run("", |Arguments { headless, crt, frames, snap, place }| {
         if let Some(place) = place {
             return Err(format!("{title}: nothing to do with {place:?}").into());
         }
@@ -94,7 +97,7 @@ pub fn show(
         let (client, shown) = (thread.client(), display.clone());
         let drawing = std::thread::spawn(move || draw_frames(&client, draw, limit, shown));
         if let Some(display) = display {
-            let was_shown = look(title, display.clone(), &thread);
+            let was_shown = look(title, crt, display.clone(), &thread);
             // Without a window, a demo goes on only if a number of frames was asked for.
             if was_shown || frames.is_none() {
                 display.close();
@@ -126,10 +129,11 @@ pub fn with_server(
     let ListenAddress::Tcp(address) = server.listen(ListenAddress::Tcp("127.0.0.1:0".parse()?))? else {
         return Err("asked for TCP, got something else".into());
     };
+    let crt = arguments.crt;
     let (is_endless, snap) = (arguments.frames.is_none() && !arguments.headless, arguments.snap.clone());
     let client = std::thread::spawn(move || client(&address.to_string(), &arguments));
     if let Some(display) = display {
-        look(title, display, server.thread());
+        look(title, crt, display, server.thread());
     }
     if is_endless {
         // The window is closed: the server shuts down, and the client sees the end of its
@@ -181,8 +185,8 @@ fn draw_frames(
 /// Shows the display in a window until it is closed. Returns whether a window could be opened; if
 /// not, prints the reason and removes the display from the render thread.
 #[cfg(feature = "window")]
-pub fn look(title: &str, display: Arc<Display>, thread: &RenderThread) -> bool {
-    let options = fbptr::window::Options { title: title.into(), ..Default::default() };
+pub fn look(title: &str, crt: bool, display: Arc<Display>, thread: &RenderThread) -> bool {
+    let options = fbptr::window::Options { title: title.into(), crt, ..Default::default() };
     match fbptr::window::run(display, options) {
         Ok(()) => true,
         Err(error) => {
@@ -195,7 +199,7 @@ pub fn look(title: &str, display: Arc<Display>, thread: &RenderThread) -> bool {
 
 /// Stands in for windows in a build without them: prints that, and returns false.
 #[cfg(not(feature = "window"))]
-pub fn look(title: &str, _display: Arc<Display>, thread: &RenderThread) -> bool {
+pub fn look(title: &str, _crt: bool, _display: Arc<Display>, thread: &RenderThread) -> bool {
     eprintln!("{title}: built without windows: going on headless");
     thread.drop_display();
     false

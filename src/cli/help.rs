@@ -35,7 +35,9 @@ const EXAMPLES: &[(&str, &str)] = &[
         "  fbptr run --size 800x600 -- ./my-gui --fullscreen
   fbptr run --headless --after 2s --expect start.png -- ./my-gui
   fbptr run --headless --format rgb565 --snap out.png -- ./my-gui
-  fbptr run --movie demo.gif -- links2 -g -driver fb page.html",
+  fbptr run --movie demo.gif -- links2 -g -driver fb page.html
+  fbptr run --size 640x200 --crt -- python3 demos/fb/text_mode.py
+  fbptr run --headless --crt=files --snap tube.png -- ./my-gui",
     ),
     (
         "render",

@@ -5,7 +5,9 @@
 //! would see it. Each frame is in the file before the next is taken, so the recording of a killed
 //! program is readable.
 
-use crate::memory::VideoMemory;
+use super::args::crt::CrtArgs;
+use crate::draw2d::crt::Crt;
+use crate::memory::{MemoryError, VideoMemory};
 use crate::save::{self, Movie, MovieFormat, SaveError};
 use crate::server::{Display, ShownFrame};
 use clap::Args;
@@ -42,11 +44,12 @@ impl MovieArgs {
             .map_or(Ok(()), |path| MovieFormat::of_path(path).map(drop).map_err(|e| e.to_string()))
     }
 
-    /// Creates the requested movie, if any.
-    pub fn open(&self, width: u32, height: u32) -> Result<Option<MovieWriter>, String> {
+    /// Creates the requested movie, if any, with the CRT look where files have it.
+    pub fn open(&self, width: u32, height: u32, crt: CrtArgs) -> Result<Option<MovieWriter>, String> {
         let Some(path) = &self.movie else { return Ok(None) };
+        let [width, height] = crt.size_in_files([width, height]);
         let movie = Movie::create(path, width, height, self.movie_fps).map_err(|e| e.to_string())?;
-        let state = MovieState { movie, failure: None, presents: 0, last_crc: None };
+        let state = MovieState { movie, crt, failure: None, presents: 0, last_crc: None };
         Ok(Some(MovieWriter { state: Arc::new(Mutex::new(state)), rate: self.movie_fps }))
     }
 }
@@ -62,6 +65,7 @@ pub(super) struct MovieWriter {
 #[derive(Debug)]
 struct MovieState {
     movie: Movie,
+    crt: CrtArgs,
     failure: Option<SaveError>,
     presents: u64,
     /// Checksum of the last frame's bytes.
@@ -73,8 +77,21 @@ impl MovieState {
     fn push(&mut self, memory: &VideoMemory) {
         if self.failure.is_none() {
             self.last_crc = Some(save::crc32(memory));
-            self.failure = self.movie.push(memory).err();
+            self.failure = self.append(memory).err();
         }
+    }
+
+    fn append(&mut self, memory: &VideoMemory) -> Result<(), SaveError> {
+        if !self.crt.in_files() {
+            return self.movie.push(memory);
+        }
+        let no_room = |e: MemoryError| SaveError::Io {
+            path: self.movie.path().to_owned(),
+            kind: std::io::ErrorKind::OutOfMemory,
+            reason: e.to_string(),
+        };
+        let picture = Crt::picture(memory).map_err(no_room)?;
+        self.movie.push(&picture)
     }
 }
 

@@ -1,6 +1,7 @@
 //! `fbptr play`: a stream of commands from a file or standard input, in a window or headless.
 
 use super::args::color::color;
+use super::args::crt::CrtArgs;
 use super::magic;
 use super::movie::{Clock, MovieArgs, MovieWriter, Sampler};
 use super::output::{self, Stdout};
@@ -62,6 +63,8 @@ pub struct Play {
     #[arg(long, value_name = "SECONDS", value_parser = super::serve::seconds, default_value = "10")]
     max_command_time: Duration,
     #[command(flatten)]
+    crt: CrtArgs,
+    #[command(flatten)]
     movie: MovieArgs,
     #[command(flatten)]
     drawing: RenderArgs,
@@ -93,7 +96,7 @@ impl Play {
     pub(super) fn run(self) -> Status {
         let prepared = self.prepare().and_then(|prepared| {
             let memory = prepared.engine.memory();
-            Ok((self.movie.open(memory.width(), memory.height())?, prepared))
+            Ok((self.movie.open(memory.width(), memory.height(), self.crt)?, prepared))
         });
         match prepared {
             Ok((movie, stream)) => self.play(stream, movie),
@@ -294,7 +297,8 @@ impl Play {
         let shown = display.clone();
         player.on_end(move || shown.finish());
         let title = self.file.as_ref().map_or("fbptr".into(), |f| format!("fbptr {}", f.display()));
-        let options = crate::window::Options { title, ..Default::default() };
+        let (crt, saves_crt) = (self.crt.in_window(), self.crt.in_files());
+        let options = crate::window::Options { title, crt, saves_crt, ..Default::default() };
         match crate::window::run(display, options) {
             Ok(()) if player.has_ended() => thread.finish(Finish::WhenAllEnded),
             // The user closed the window.
@@ -327,7 +331,7 @@ impl Play {
     /// Writes the requested files, and returns whether all were written.
     fn save(&self, engine: &Engine) -> bool {
         let memory = engine.memory();
-        let snap = self.snap.as_ref().map(|path| save::to_path(memory, path));
+        let snap = self.snap.as_ref().map(|path| self.crt.save(memory, path));
         let depth = self.depth_out.as_ref().map(|path| match engine.depth() {
             Some(depth) => save::depth_to_path(depth, path),
             // Nothing with a depth was drawn: 1 everywhere.
@@ -336,6 +340,7 @@ impl Play {
                 path,
             ),
         });
+        let depth = depth.map(|written| written.map_err(|e| e.to_string()));
         let mut is_saved = true;
         for error in [snap, depth].into_iter().flatten().filter_map(Result::err) {
             say_as_program(error);

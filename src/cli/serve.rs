@@ -16,6 +16,7 @@ use crate::server::{
     MetricsServer, OutputState, PeriodicSnapshots, Server, SnapshotPlan, VerbCounts,
 };
 use crate::simd::allocator;
+use args::crt::CrtArgs;
 use clap::Args;
 use crossbeam_channel::{Sender, bounded};
 use std::io;
@@ -97,6 +98,8 @@ pub struct Serve {
     record: Option<PathBuf>,
     #[command(flatten)]
     drawing: RenderArgs,
+    #[command(flatten)]
+    crt: CrtArgs,
     #[command(flatten)]
     movie: MovieArgs,
     #[command(flatten)]
@@ -306,7 +309,7 @@ impl Serve {
             engine.attach(VerbCounts::new(board.clone()));
         }
         let (width, height) = (engine.memory().width(), engine.memory().height());
-        let movie = self.movie.open(width, height)?;
+        let movie = self.movie.open(width, height, self.crt)?;
         // The movie records the frames of the window's display, or of one without a window.
         let seen = display.clone().or_else(|| movie.is_some().then(|| Display::new(width, height)));
         if let Some(display) = &seen {
@@ -345,7 +348,7 @@ impl Serve {
             say_as_program(format_args!("the movie ends early: {e}"));
             is_saved = false;
         }
-        if let Some(error) = self.snap.as_ref().and_then(|path| save::to_path(engine.memory(), path).err()) {
+        if let Some(error) = self.snap.as_ref().and_then(|path| self.crt.save(engine.memory(), path).err()) {
             say_as_program(error);
             is_saved = false;
         }
@@ -481,6 +484,8 @@ impl Serve {
             title: "fbptr serve".into(),
             fullscreen: self.fullscreen,
             scaling: if self.scaling == Enlarge::Fit { Scaling::Fit } else { Scaling::Whole },
+            crt: self.crt.in_window(),
+            saves_crt: self.crt.in_files(),
             shows_rates: self.overlay,
             server: board.map(|board| ServerStatus::new(addresses, board)),
             ..Options::default()

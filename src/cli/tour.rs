@@ -16,6 +16,9 @@ pub struct Tour {
     /// Open no window: save the last page and a movie of all steps
     #[arg(long)]
     headless: bool,
+    /// Show the tour as a cathode ray tube does; K changes it. Files never have that look
+    #[arg(long, conflicts_with = "headless")]
+    crt: bool,
     /// The last page, without a window: .png, .ppm or .raw
     #[arg(long, value_name = "OUT", default_value = "tour.png")]
     snap: PathBuf,
@@ -30,7 +33,7 @@ pub struct Tour {
 
 impl Default for Tour {
     fn default() -> Self {
-        Tour { headless: false, snap: "tour.png".into(), movie: "tour.gif".into(), frames: None }
+        Tour { headless: false, crt: false, snap: "tour.png".into(), movie: "tour.gif".into(), frames: None }
     }
 }
 
@@ -113,6 +116,7 @@ impl Tour {
         let seconds = |frames: u64| (frames as f64 / FRAMES_PER_SECOND).min(1e9);
         let mut options = crate::window::ViewerOptions {
             title: "fbptr: a framebuffer you can point at".to_owned(),
+            crt: self.crt,
             save_dir: ".".into(),
             movie: None,
             ends_after: self.frames.map(|n| std::time::Duration::from_secs_f64(seconds(n))),

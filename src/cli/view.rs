@@ -35,6 +35,9 @@ pub struct ViewArgs {
     /// Open no window
     #[arg(long)]
     headless: bool,
+    /// Show the picture as a cathode ray tube does; K changes it. Files never have that look
+    #[arg(long, conflicts_with = "headless")]
+    crt: bool,
     /// Write the last frame: .png, .ppm or .raw
     #[arg(long, value_name = "OUT")]
     snap: Option<PathBuf>,
@@ -202,6 +205,7 @@ impl ViewArgs {
         };
         let mut options = crate::window::ViewerOptions {
             title: format!("fbptr view {}", self.file.display()),
+            crt: self.crt,
             save_dir: self.save_dir.clone(),
             movie: movie.map(|movie| (movie, self.fps)),
             ends_after: self

@@ -17,6 +17,8 @@ mod blend;
 mod blit;
 mod circle;
 mod color_ramp;
+#[doc(hidden)]
+pub mod crt;
 mod disc;
 mod error;
 mod fill;

@@ -18,6 +18,7 @@ mod avx2;
 mod avx512;
 #[cfg(target_arch = "x86_64")]
 pub mod bytes;
+mod crt;
 mod fill;
 mod level;
 mod pixels;
@@ -31,6 +32,7 @@ mod tests;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+pub use crt::{CrtColumns, ONE, STRIPES, crt_row};
 pub use fill::fill_pixels;
 pub use level::{Kernel, Level};
 pub use pixels::{Pixels, unpack, widen};

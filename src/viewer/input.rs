@@ -39,6 +39,7 @@ impl Viewer {
             Action::Record => return Some(Request::Record),
             Action::Fullscreen => return Some(Request::Fullscreen),
             Action::Scaling => return Some(Request::Scaling),
+            Action::Crt => return Some(Request::Crt),
             Action::SaveView => return self.save_view(),
             // Help and plan share a corner: each replaces the other.
             Action::Help => (self.shows_help, self.shows_plan) = (!self.shows_help, false),

@@ -99,6 +99,8 @@ pub enum Request {
     Fullscreen,
     /// Switch between scaling the picture to the window and integer factors.
     Scaling,
+    /// Switch between the look of a cathode ray tube and the pixels as they are.
+    Crt,
     /// Save these bytes in a file with this extension.
     Save {
         /// The file extension, without its dot.

@@ -5,6 +5,7 @@
 use super::clicks::Clicks;
 use super::fullscreen::Fullscreen;
 use super::layout::{Layout, Scaling};
+use super::look::ScreenLook;
 use super::status::ServerStatus;
 use super::view::View;
 use super::{Collector, KeyReport, MAX_WINDOW_SIDE, TICK, USUAL_SCREEN, WindowError, open, wheel_steps};
@@ -32,6 +33,10 @@ pub struct Options {
     pub fullscreen: bool,
     /// Scaling of the frame.
     pub scaling: Scaling,
+    /// Set to show the frame as a cathode ray tube does; K changes it.
+    pub crt: bool,
+    /// Set to save snapshots with that look, too.
+    pub saves_crt: bool,
     /// Set to show the overlay of F3 from the start.
     pub shows_rates: bool,
     /// Addresses and counters of a server for that overlay, if there is one.
@@ -47,6 +52,8 @@ impl Default for Options {
             close_at_end: false,
             fullscreen: false,
             scaling: Scaling::default(),
+            crt: false,
+            saves_crt: false,
             shows_rates: false,
             server: None,
         }
@@ -62,14 +69,18 @@ pub fn run(display: Arc<Display>, options: Options) -> Result<(), WindowError> {
     if size.iter().any(|&s| s > MAX_WINDOW_SIDE) {
         return Err(WindowError::TooLarge { width: display.width(), height: display.height() });
     }
-    let largest = (MAX_WINDOW_SIDE / size[0]).min(MAX_WINDOW_SIDE / size[1]);
-    let scale = options.scale.unwrap_or_else(|| Layout::opening_scale(size, USUAL_SCREEN)).clamp(1, largest);
-    let mut window = open(&options.title, size.map(|s| s * scale))?;
+    let look = ScreenLook::new(options.crt);
+    let natural = look.natural_size(size);
+    let largest = (MAX_WINDOW_SIDE / natural[0]).min(MAX_WINDOW_SIDE / natural[1]);
+    let scale =
+        options.scale.unwrap_or_else(|| Layout::opening_scale(natural, USUAL_SCREEN)).clamp(1, largest);
+    let mut window = open(&options.title, natural.map(|s| s * scale))?;
     window.set_target_fps(0);
     let reports = Rc::new(RefCell::new(VecDeque::new()));
     window.set_input_callback(Box::new(Collector(reports.clone())));
     let mut view = View::new(display.clone(), options.snapshot_dir);
     view.set_scaling(options.scaling);
+    view.set_look(look, options.saves_crt);
     view.set_server(options.server, options.shows_rates);
     let mut fullscreen = Fullscreen::default();
     let mut toggles_fullscreen = options.fullscreen;

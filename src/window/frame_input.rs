@@ -25,6 +25,9 @@ pub struct FrameInput {
     pub text: String,
     /// Ends the program after this frame when it is set.
     pub close: bool,
+    /// Set while the frame is shown as a cathode ray tube does. K and F8 change it before the frame; a
+    /// program may set it, too, as one does for which K means something else.
+    pub crt: bool,
     /// Names of the keys that are held.
     held: Vec<String>,
     /// Names of the keys that went down since the last frame.

@@ -23,6 +23,8 @@ pub enum Action {
     Scaling,
     /// Show or hide details of the pixel under the pointer.
     Inspect,
+    /// Show the frame as a cathode ray tube does, or its pixels as they are.
+    Crt,
 }
 
 /// A key, its name and its action.
@@ -52,9 +54,11 @@ pub const BINDINGS: &[Binding] = &[
     bind(Key::Period, ".", Action::Step, "one step while paused"),
     bind(Key::F1, "F1", Action::Help, "this list"),
     bind(Key::F3, "F3", Action::FrameRate, "rates, clients, addresses"),
+    bind(Key::F8, "F8", Action::Crt, "look of a tube (CRT)"),
     bind(Key::F10, "F10", Action::Scaling, "fit the window, or whole factors"),
     bind(Key::F11, "F11", Action::Fullscreen, "fullscreen (X11)"),
     bind(Key::I, "I", Action::Inspect, "pixel under the pointer"),
+    bind(Key::K, "K", Action::Crt, "look of a tube, as F8"),
 ];
 
 /// Returns the binding of a key, if it has one.

@@ -26,6 +26,7 @@ mod hud;
 #[cfg(feature = "server")]
 mod keys;
 mod layout;
+mod look;
 #[cfg(feature = "server")]
 mod overlay;
 pub mod program;
@@ -43,6 +44,7 @@ pub use frame_input::FrameInput;
 #[cfg(feature = "server")]
 pub use keys::{Action, BINDINGS, Binding, help_lines};
 pub use layout::{Layout, Scaling};
+pub use look::ScreenLook;
 pub use scanout::{convert, word};
 #[cfg(feature = "server")]
 pub use status::ServerStatus;

@@ -1,14 +1,14 @@
 //! A window for a program that draws by itself: its frame, 60 times a second, with the input since
 //! the last one.
 //!
-//! In: a function that draws a frame. Out: the frame on the screen, enlarged by a whole factor. Runs
-//! on the calling thread, which must be the main one, until the window is closed or the program sets
-//! [`FrameInput::close`]. The server's window (`window::run`) is another: it shows frames of a
-//! render thread.
+//! In: a function that draws a frame. Out: the frame on the screen, enlarged by a whole factor, or
+//! as a cathode ray tube shows it (keys K and F8). Runs on the calling thread, which must be the main
+//! one, until the window is closed or the program sets [`FrameInput::close`]. The server's window
+//! (`window::run`) is another: it shows frames of a render thread.
 
 use super::frame_input::FrameInput;
-use super::layout::Layout;
-use super::scanout::convert;
+use super::layout::{Layout, Scaling};
+use super::look::ScreenLook;
 use super::{Collector, KeyReport, MAX_WINDOW_SIDE, USUAL_SCREEN, WindowError, open, wheel_steps};
 use crate::framebuffer::Framebuffer;
 use minifb::{MouseButton, MouseMode, Window};
@@ -22,7 +22,8 @@ const FRAMES_PER_SECOND: usize = 60;
 
 /// Opens a window, and calls `frame` 60 times a second with a framebuffer of `width` x `height`
 /// pixels, which keeps its contents, and with the input since the last call. Returns when the window
-/// is closed or [`FrameInput::close`] is set. Must be called on the main thread.
+/// is closed or [`FrameInput::close`] is set. K and F8 switch the look of a cathode ray tube on and
+/// off ([`FrameInput::crt`]). Must be called on the main thread.
 ///
 /// ```no_run
 /// fbptr::run(160, 120, |fb, input| {
@@ -55,7 +56,7 @@ pub fn run(
     let mut screen = Screen::default();
     let mut last = Instant::now();
     while window.is_open() && !input.close {
-        let layout = Layout::new(size, window.get_size().into());
+        let layout = screen.look.layout(size, window.get_size().into(), Scaling::Whole);
         let now = Instant::now();
         input.begin((now - std::mem::replace(&mut last, now)).as_secs_f64());
         for report in reports.borrow_mut().drain(..) {
@@ -64,9 +65,11 @@ pub fn run(
                 KeyReport::Char(c) => input.text.push(c),
             }
         }
+        input.crt ^= input.was_pressed("k") || input.was_pressed("f8");
         read_mouse(&window, &layout, &mut input);
         frame(&mut framebuffer, &mut input);
-        screen.show(&framebuffer, &layout, &mut window)?;
+        screen.look.set_crt(input.crt);
+        screen.show(&framebuffer, size, &mut window)?;
     }
     Ok(())
 }
@@ -85,8 +88,9 @@ fn read_mouse(window: &Window, layout: &Layout, input: &mut FrameInput) {
 #[derive(Default)]
 struct Screen {
     words: Vec<u32>,
-    /// Size of the window to which they belong.
-    size: [usize; 2],
+    /// Layout to which they belong.
+    layout: Option<Layout>,
+    look: ScreenLook,
 }
 
 impl Screen {
@@ -94,22 +98,21 @@ impl Screen {
     fn show(
         &mut self,
         framebuffer: &Framebuffer,
-        layout: &Layout,
+        frame: [usize; 2],
         window: &mut Window,
     ) -> Result<(), WindowError> {
-        let [width, height] = layout.window;
+        let [width, height] = <[usize; 2]>::from(window.get_size());
         if width == 0 || height == 0 {
             window.update();
             return Ok(());
         }
-        if self.size != layout.window {
+        let layout = self.look.layout(frame, [width, height], Scaling::Whole);
+        if self.layout.replace(layout) != Some(layout) {
             // What is not covered by the frame is black.
             self.words.clear();
             self.words.resize(width * height, 0);
-            self.size = layout.window;
         }
-        let memory = framebuffer.memory();
-        convert(memory.bytes(), layout, 0..memory.height() as usize, &mut self.words);
+        self.look.convert(framebuffer.memory().bytes(), &layout, 0..frame[1], &mut self.words);
         let shown = window.update_with_buffer(&self.words, width, height);
         shown.map_err(|e| WindowError::Unavailable(e.to_string()))
     }

@@ -6,9 +6,10 @@
 use super::frame_input::key_name;
 use super::keys::{self, Action};
 use super::layout::{Layout, Scaling};
+use super::look::ScreenLook;
 use super::overlay::{self, Canvas, Corner};
-use super::scanout;
 use super::status::ServerStatus;
+use crate::draw2d::crt::Crt;
 use crate::memory::VideoMemory;
 use crate::server::{Display, InputEvent, ShownFrame};
 use minifb::Key;
@@ -25,7 +26,8 @@ pub struct View {
     display: Arc<Display>,
     frame: ShownFrame,
     words: Vec<u32>,
-    layout: Option<Layout>,
+    /// Layout and look of the words.
+    layout: Option<(Layout, bool)>,
     snapshot_dir: PathBuf,
     pointer: Option<(f32, f32)>,
     keys_down: HashSet<Key>,
@@ -35,6 +37,9 @@ pub struct View {
     quit: bool,
     wants_fullscreen: bool,
     scaling: Scaling,
+    look: ScreenLook,
+    /// True if snapshots have the look of a tube.
+    saves_crt: bool,
     server: Option<ServerStatus>,
     message: Option<(String, Instant)>,
     rate: FrameRate,
@@ -68,6 +73,8 @@ impl View {
             quit: false,
             wants_fullscreen: false,
             scaling: Scaling::default(),
+            look: ScreenLook::default(),
+            saves_crt: false,
             server: None,
             message: None,
             rate: FrameRate { since: Instant::now(), frames: 0, per_second: 0.0 },
@@ -85,6 +92,11 @@ impl View {
         self.scaling = scaling;
     }
 
+    /// Sets the look of the frame, and whether snapshots have the look of a tube.
+    pub fn set_look(&mut self, look: ScreenLook, saves_crt: bool) {
+        (self.look, self.saves_crt) = (look, saves_crt);
+    }
+
     /// Sets the server, if any, whose status the overlay of F3 shows, and whether that overlay is
     /// shown.
     pub fn set_server(&mut self, server: Option<ServerStatus>, shows_rates: bool) {
@@ -99,7 +111,7 @@ impl View {
     /// Returns the layout of the frame in a window of this size.
     pub fn layout(&self, window_size: [usize; 2]) -> Layout {
         let frame = [self.display.width() as usize, self.display.height() as usize];
-        Layout::scaled(frame, window_size, self.scaling)
+        self.look.layout(frame, window_size, self.scaling)
     }
 
     /// Sets the pointer's position in window pixels; `None` outside the window.
@@ -154,6 +166,7 @@ impl View {
             Action::Fullscreen => self.wants_fullscreen = true,
             Action::Scaling => self.scaling = self.scaling.other(),
             Action::Inspect => self.inspects = !self.inspects,
+            Action::Crt => drop(self.look.set_crt(!self.look.is_crt())),
         }
     }
 
@@ -172,6 +185,9 @@ impl View {
             .map_err(|e| e.to_string())
             .and_then(|mut memory| {
                 memory.bytes_mut().copy_from_slice(&self.frame.bytes);
+                if self.saves_crt {
+                    memory = Crt::picture(&memory).map_err(|e| e.to_string())?;
+                }
                 crate::save::to_path(&memory, &path).map_err(|e| e.to_string())
             });
         let text = match saved {
@@ -198,7 +214,8 @@ impl View {
         let layout = self.layout(window_size);
         let rows = self.update_frame();
         let lines = self.overlay_lines(&layout);
-        let is_new_layout = self.layout.replace(layout) != Some(layout);
+        let shown = (layout, self.look.is_crt());
+        let is_new_layout = self.layout.replace(shown) != Some(shown);
         if is_new_layout {
             self.words.clear();
             self.words.resize(window_size[0] * window_size[1], 0);
@@ -219,7 +236,7 @@ impl View {
             }
             (Some(rows), false, true) => rows,
         };
-        scanout::convert(&self.frame.bytes, &layout, rows, &mut self.words);
+        self.look.convert(&self.frame.bytes, &layout, rows, &mut self.words);
         if !lines.is_empty() {
             let mut canvas = Canvas { words: &mut self.words, width: window_size[0], height: window_size[1] };
             let fits = |scale| overlay::box_size(&lines, scale)[0] + 8 <= window_size[0];
@@ -318,6 +335,41 @@ mod tests {
             view.key(key, false);
             assert_eq!(view.redraw([300, 200]).expect("overlay off"), plain, "{key:?}");
         }
+    }
+
+    #[test]
+    fn the_look_of_a_tube_comes_and_goes_by_k_and_snapshots_have_it_only_if_asked() {
+        let mut memory = VideoMemory::new(30, 20).unwrap();
+        memory.clear([200, 100, 50, 255]);
+        let (display, mut view) = view_of(&memory);
+        let folder = std::env::temp_dir().join(format!("fbptr-view-crt-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        view.snapshot_dir = folder.clone();
+        let size = [120, 80];
+        let press = |view: &mut View, key| {
+            view.key(key, true);
+            view.key(key, false);
+        };
+        let plain = view.redraw(size).expect("first").to_vec();
+        press(&mut view, Key::K);
+        let crt = view.redraw(size).expect("another look").to_vec();
+        assert!(crt != plain && view.redraw(size).is_none());
+        view.snapshot();
+        let saved = |number: u32| {
+            let path = folder.join(format!("fbptr-{number:04}.png"));
+            crate::save::golden::read_png(&path).unwrap()
+        };
+        assert_eq!(saved(1).bytes(), memory.bytes(), "no look of a tube in a file");
+        view.set_look(ScreenLook::new(true), true);
+        view.snapshot();
+        assert_eq!(saved(2).bytes(), Crt::picture(&memory).unwrap().bytes());
+        std::fs::remove_dir_all(&folder).unwrap();
+        view.message = None;
+        display.set_listeners(1);
+        press(&mut view, Key::K);
+        assert!(view.look.is_crt(), "the key is the clients'");
+        press(&mut view, Key::F8);
+        assert_eq!(view.redraw(size).expect("the look as before"), plain);
     }
 
     #[test]

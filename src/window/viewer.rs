@@ -8,8 +8,8 @@
 use super::fullscreen::Fullscreen;
 use super::hud;
 use super::layout::Scaling;
+use super::look::ScreenLook;
 use super::overlay::{Canvas, Corner};
-use super::scanout;
 use super::{Collector, KeyReport, Layout, MAX_WINDOW_SIDE, TICK, USUAL_SCREEN, WindowError, open};
 use crate::save::{self, Movie};
 use crate::viewer::{Key, Model, Overlay, Request, Viewer};
@@ -30,6 +30,8 @@ const WATCH_EVERY: Duration = Duration::from_millis(250);
 pub struct ViewerOptions<'a> {
     /// Title of the window.
     pub title: String,
+    /// Set to show the picture as a cathode ray tube does; K changes it.
+    pub crt: bool,
     /// Folder that F9, F12 and J save in.
     pub save_dir: PathBuf,
     /// Movie of all that is shown, from the start, and its frames per second.
@@ -72,14 +74,15 @@ pub fn run_viewer(viewer: &mut Viewer, options: &mut ViewerOptions<'_>) -> Resul
     if frame.iter().any(|&s| s > MAX_WINDOW_SIDE) {
         return Err(WindowError::TooLarge { width: frame[0] as u32, height: frame[1] as u32 });
     }
-    let scale = Layout::opening_scale(frame, USUAL_SCREEN);
-    let mut window = open(&options.title, frame.map(|s| s * scale))?;
+    let natural = ScreenLook::new(options.crt).natural_size(frame);
+    let scale = Layout::opening_scale(natural, USUAL_SCREEN);
+    let mut window = open(&options.title, natural.map(|s| s * scale))?;
     window.set_target_fps(0);
     let reports = Rc::new(RefCell::new(VecDeque::new()));
     window.set_input_callback(Box::new(Collector(reports.clone())));
     let mut movie = options.movie.take().map(|(movie, rate)| Recording::new(movie, rate));
     let mut gif: Option<Recording> = None;
-    let mut screen = FrameOnScreen::new(frame);
+    let mut screen = FrameOnScreen::new(frame, options.crt);
     let mut fullscreen = Fullscreen::default();
     let (begun, mut last, mut watched) = (Instant::now(), Instant::now(), Instant::now());
     while window.is_open() && options.ends_after.is_none_or(|time| begun.elapsed() < time) {
@@ -110,6 +113,7 @@ pub fn run_viewer(viewer: &mut Viewer, options: &mut ViewerOptions<'_>) -> Resul
                 Some(Request::Quit) => quits = true,
                 Some(Request::Fullscreen) => fullscreen.toggle(&window).unwrap_or_else(|why| viewer.say(why)),
                 Some(Request::Scaling) => screen.toggle_scaling(),
+                Some(Request::Crt) => screen.toggle_crt(),
                 Some(Request::Record) => toggle_gif(viewer, &mut gif, &options.save_dir),
                 Some(request) => serve(viewer, request, &options.save_dir),
                 None => {}
@@ -136,29 +140,37 @@ struct FrameOnScreen {
     words: Vec<u32>,
     size: [usize; 2],
     scaling: Scaling,
+    look: ScreenLook,
     overlay: Overlay,
     corner: Corner,
 }
 
 impl FrameOnScreen {
-    fn new(frame: [usize; 2]) -> Self {
+    fn new(frame: [usize; 2], crt: bool) -> Self {
         FrameOnScreen {
             frame,
             words: Vec::new(),
             size: [0, 0],
             scaling: Scaling::default(),
+            look: ScreenLook::new(crt),
             overlay: Overlay::default(),
             corner: Corner::BottomLeft,
         }
     }
 
     fn layout(&self, size: [usize; 2]) -> Layout {
-        Layout::scaled(self.frame, size, self.scaling)
+        self.look.layout(self.frame, size, self.scaling)
     }
 
     fn toggle_scaling(&mut self) {
         self.scaling = self.scaling.other();
         // Causes the entire window to be redrawn.
+        self.size = [0, 0];
+    }
+
+    fn toggle_crt(&mut self) {
+        self.look.set_crt(!self.look.is_crt());
+        // As above.
         self.size = [0, 0];
     }
 
@@ -175,7 +187,7 @@ impl FrameOnScreen {
         self.words.clear();
         self.words.resize(size[0] * size[1], 0);
         let layout = self.layout(size);
-        scanout::convert(viewer.shown().bytes(), &layout, 0..self.frame[1], &mut self.words);
+        self.look.convert(viewer.shown().bytes(), &layout, 0..self.frame[1], &mut self.words);
         let mut canvas = Canvas { words: &mut self.words, width: size[0], height: size[1] };
         hud::draw(&mut canvas, &overlay, &mut self.corner);
         (self.size, self.overlay) = (size, overlay);
@@ -241,7 +253,7 @@ fn serve(viewer: &mut Viewer, request: Request, folder: &Path) {
             let _ = std::io::stdout().lock().write_all(text.as_bytes());
             return viewer.say("the camera is on standard output".to_owned());
         }
-        Request::Quit | Request::Record | Request::Fullscreen | Request::Scaling => return,
+        Request::Quit | Request::Record | Request::Fullscreen | Request::Scaling | Request::Crt => return,
     };
     let Some(path) = free_name(folder, ending) else {
         return tell(viewer, format!("no free name for a .{ending}"));
@@ -282,6 +294,7 @@ fn translate(key: minifb::Key) -> Option<Key> {
         K::H => Key::H,
         K::I => Key::I,
         K::J => Key::J,
+        K::K => Key::K,
         K::O => Key::O,
         K::P => Key::P,
         K::Q => Key::Q,

@@ -133,6 +133,7 @@ fn press_every_key(screen: &Screen, folder: &Path, file: &str, is_nd: bool) {
                 | Action::Pause
                 | Action::Fullscreen
                 | Action::Scaling
+                | Action::Crt
         ) {
             // The second press switches the effect off again, before the next key.
             if binding.action != Action::Pause {

@@ -20,6 +20,7 @@ mod session;
 #[cfg(fbptr_preload)]
 mod spawn;
 
+use super::args::crt::CrtArgs;
 use super::movie::MovieArgs;
 use super::{FrameSize, Status, say_as_program};
 use clap::Args;
@@ -75,6 +76,8 @@ pub struct Run {
     /// Say which requests of the program the device does not have
     #[arg(long)]
     verbose: bool,
+    #[command(flatten)]
+    crt: CrtArgs,
     #[command(flatten)]
     movie: MovieArgs,
     /// The program and its arguments, after --

@@ -1,15 +1,18 @@
 //! The pictures of a run: `--snap` and `--expect`.
 
+use super::super::args::crt::CrtArgs;
 use super::{Refusal, Run};
 use crate::memory::VideoMemory;
+use crate::save::SnapshotFormat;
 use crate::save::golden::{self, Mode, Tolerance};
-use crate::save::{self, SnapshotFormat};
 use std::path::PathBuf;
 
 /// Pictures that are asked for.
 #[derive(Debug)]
 pub struct Pictures {
     snap: Option<PathBuf>,
+    /// Look of the picture of `snap`; comparisons are of the frame itself.
+    crt: CrtArgs,
     expect: Option<(PathBuf, Tolerance)>,
 }
 
@@ -23,7 +26,11 @@ impl Pictures {
         let tolerance = tolerance(&args.tolerance).ok_or_else(|| {
             refuse(format!("--tolerance: N or N,PIXELS is expected, N to 255, not {:?}", args.tolerance))
         })?;
-        Ok(Pictures { snap: args.snap.clone(), expect: args.expect.clone().map(|path| (path, tolerance)) })
+        Ok(Pictures {
+            snap: args.snap.clone(),
+            crt: args.crt,
+            expect: args.expect.clone().map(|path| (path, tolerance)),
+        })
     }
 
     /// Returns whether any is asked for.
@@ -37,7 +44,7 @@ impl Pictures {
     /// The first picture that cannot be written.
     pub fn take(&self, memory: &VideoMemory) -> Result<Option<bool>, String> {
         if let Some(path) = &self.snap {
-            save::to_path(memory, path).map_err(|e| e.to_string())?;
+            self.crt.save(memory, path)?;
         }
         let Some((path, tolerance)) = &self.expect else { return Ok(None) };
         match golden::check(memory, path, *tolerance, Mode::from_env()) {

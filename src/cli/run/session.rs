@@ -114,7 +114,7 @@ pub fn run(args: &Run) -> Result<Status, Refusal> {
 fn outlets(args: &Run, engine: &mut Engine) -> Result<Outlets, String> {
     let size = (engine.memory().width(), engine.memory().height());
     let display = wants_window(args).then(|| Display::new(size.0, size.1));
-    let movie = args.movie.open(size.0, size.1)?;
+    let movie = args.movie.open(size.0, size.1, args.crt)?;
     let seen = display.clone().or_else(|| movie.is_some().then(|| Display::new(size.0, size.1)));
     if let Some(display) = &seen {
         engine.attach(DisplayObserver::new(display.clone()));
@@ -324,7 +324,12 @@ impl Shared {
             why
         });
         let name = args.program.first().map_or_else(String::new, |name| name.display().to_string());
-        let options = crate::window::Options { title: format!("fbptr run {name}"), ..Default::default() };
+        let options = crate::window::Options {
+            title: format!("fbptr run {name}"),
+            crt: args.crt.in_window(),
+            saves_crt: args.crt.in_files(),
+            ..Default::default()
+        };
         if let Err(e) = crate::window::run(display.clone(), options) {
             say_as_program(format_args!("{e}: going on headless"));
             match outlets.movie {

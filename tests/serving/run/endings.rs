@@ -64,6 +64,31 @@ fn a_picture_is_compared_and_the_difference_left_beside_it() {
 }
 
 #[test]
+fn files_have_the_look_of_a_tube_only_if_asked() {
+    let folder = Folder::new("run-crt");
+    let path = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let script = "printf '\\377\\200\\100' > /dev/fb0";
+    let picture = |name: &str, options: &[&str]| {
+        let path = path(name);
+        assert_eq!(status(&[options, &["--snap", &path]].concat(), script), Some(0));
+        fbptr::save::golden::read_png(path.as_ref()).unwrap()
+    };
+    let (plain, window) = (picture("plain.png", &[]), picture("window.png", &["--crt"]));
+    assert!(plain.bytes() == window.bytes() && plain.get_pixel(0, 0).unwrap() == [64, 128, 255, 255]);
+    let movie = path("movie.png");
+    let tube = picture("tube.png", &["--crt=files", "--movie", &movie, "--movie-fps", "100"]);
+    assert_eq!((tube.width(), tube.height()), (48, 24));
+    let center = tube.get_pixel(1, 1).unwrap();
+    assert!(center[2] > 180 && center[0] < 80 && center != [64, 128, 255, 255], "{center:?}");
+    let frames: Vec<_> = std::fs::read_dir(folder.join("")).unwrap().map(|e| e.unwrap().path()).collect();
+    let last = frames.iter().filter(|p| p.to_string_lossy().contains("movie-")).max().expect("a frame");
+    assert_eq!(fbptr::save::golden::read_png(last).unwrap().bytes(), tube.bytes());
+    // Comparisons are of the frame itself.
+    assert_eq!(status(&["--crt=files", "--expect", &path("plain.png")], script), Some(0));
+    assert_eq!(status(&["--crt=tube"], script), Some(2));
+}
+
+#[test]
 fn a_program_that_does_not_end_is_ended_at_its_moment() {
     let folder = Folder::new("run-after");
     let golden = folder.join("golden.png");
