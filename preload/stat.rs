@@ -7,23 +7,27 @@ use crate::open::input_of;
 use crate::paths::{FRAMEBUFFER_MAJOR, INPUT_MAJOR, INPUTS, Place, place};
 use core::ffi::{c_char, c_int, c_uint};
 
-/// Facts about a place: type and rights, and the device's numbers.
+/// Facts about a place: type and rights, the device's numbers, and the file's own: `cp` compares
+/// them by path and by descriptor.
 #[derive(Clone, Copy)]
 struct Facts {
     mode: u32,
     major: u64,
     minor: u64,
+    inode: u64,
 }
 
-fn facts(place: Place) -> Option<Facts> {
-    let of_device = |major, minor| Some(Facts { mode: abi::S_IFCHR | 0o660, major, minor });
+fn facts(device: &Device, place: Place) -> Option<Facts> {
+    let of_device = |major, minor, inode| Some(Facts { mode: abi::S_IFCHR | 0o660, major, minor, inode });
+    let of_file = |mode| Some(Facts { mode, major: 0, minor: 0, inode: 1 });
     match place {
-        Place::Framebuffer => of_device(FRAMEBUFFER_MAJOR, 0),
-        Place::Input(index) => of_device(INPUT_MAJOR, INPUTS[index].1),
+        Place::Framebuffer => of_device(FRAMEBUFFER_MAJOR, 0, device.inode()),
+        // Numbers that the memory does not have.
+        Place::Input(index) => of_device(INPUT_MAJOR, INPUTS[index].1, u64::MAX - index as u64),
         // Major 4 is that of consoles; 5,1 is /dev/console.
-        Place::Console => of_device(4, 1),
-        Place::Attribute(_) | Place::List => Some(Facts { mode: abi::S_IFREG | 0o444, major: 0, minor: 0 }),
-        Place::Folder => Some(Facts { mode: abi::S_IFDIR | 0o755, major: 0, minor: 0 }),
+        Place::Console => of_device(4, 1, u64::MAX / 2),
+        Place::Attribute(_) | Place::List => of_file(abi::S_IFREG | 0o444),
+        Place::Folder => of_file(abi::S_IFDIR | 0o755),
     }
 }
 
@@ -31,6 +35,8 @@ impl Facts {
     fn fill(&self, status: &mut Stat) {
         status.mode = self.mode;
         status.rdev = device_number(self.major, self.minor);
+        // On file system 0 `ls` looks for no rights beyond these, which only real paths have.
+        (status.dev, status.ino, status.nlink) = (0, self.inode, 1);
         (status.size, status.blocks) = (0, 0);
     }
 
@@ -40,7 +46,7 @@ impl Facts {
         let mut status: Stat = unsafe { core::mem::zeroed() };
         // SAFETY: calls without arguments.
         (status.uid, status.gid) = unsafe { (abi::getuid(), abi::getgid()) };
-        (status.nlink, status.block_size, status.ino) = (1, 4096, 1);
+        status.block_size = 4096;
         self.fill(&mut status);
         status
     }
@@ -53,17 +59,16 @@ impl Facts {
 unsafe fn facts_of_path(path: *const c_char) -> Option<Facts> {
     // SAFETY: the caller's promise.
     let place = unsafe { place(path) }?;
-    device()?;
-    facts(place)
+    facts(&device()?, place)
 }
 
 /// Returns the facts of a descriptor that the device gave, by its status.
 fn facts_of(device: &Device, fd: c_int, status: &Stat) -> Option<Facts> {
     if device.is_memory(status.dev, status.ino) {
-        return facts(Place::Framebuffer);
+        return facts(device, Place::Framebuffer);
     }
     match status.mode & abi::S_IFMT {
-        abi::S_IFSOCK => input_of(device, fd).and_then(|index| facts(Place::Input(index))),
+        abi::S_IFSOCK => input_of(device, fd).and_then(|index| facts(device, Place::Input(index))),
         _ => None,
     }
 }
@@ -237,5 +242,7 @@ impl Facts {
         (extended.rdev_major, extended.rdev_minor) = (self.major as u32, self.minor as u32);
         (extended.size, extended.blocks, extended.nlink) = (0, 0, 1);
         extended.block_size = 4096;
+        extended.ino = self.inode;
+        (extended.dev_major, extended.dev_minor) = (0, 0);
     }
 }

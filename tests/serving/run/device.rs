@@ -52,6 +52,32 @@ fn several_processes_of_a_shell_share_one_device() {
 }
 
 #[test]
+fn the_device_is_copied_as_a_file_is() {
+    let folder = Folder::new("run-copy");
+    let copy = folder.join("copy.raw").display().to_string();
+    let script = format!(
+        "printf 'abcdefgh' > /dev/fb0; cp /dev/fb0 {copy} || exit 3; head -c 4 {copy} > {copy}.4; cp {copy}.4 /dev/fb0"
+    );
+    let (output, picture) = picture_of(&folder, &["--size", "32x16"], &["sh", "-c", &script]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let bytes = std::fs::read(&copy).unwrap();
+    assert_eq!((&bytes[..8], bytes.len()), (&b"abcdefgh"[..], 8192), "three screens, in whole pages");
+    assert_eq!(picture.get_pixel(1, 0).unwrap(), [b'g', b'f', b'e', 255]);
+    if !tools::are_there(&["python3"]) {
+        return;
+    }
+    let script = "
+import os
+for path in ('/dev/fb0', '/dev/input/event0', '/dev/input/event1', '/dev/input/mice'):
+    by_path, by_descriptor = os.stat(path), os.fstat(os.open(path, os.O_RDWR))
+    print(path, os.path.samestat(by_path, by_descriptor), by_path.st_rdev == by_descriptor.st_rdev)
+";
+    let output = run(&["--", "python3", "-c", script]).output().unwrap();
+    let said = text(&output.stdout);
+    assert!(said.lines().count() == 4 && said.lines().all(|line| line.ends_with(" True True")), "{said}");
+}
+
+#[test]
 fn programs_that_clear_their_environment_keep_the_device() {
     let folder = Folder::new("run-exec");
     let Some(program) = compiled(&folder, "exec.c", &[]) else { return };
