@@ -42,7 +42,10 @@ impl PickBuffer {
     /// face wrote depth.
     pub fn get(&self, x: i32, y: i32) -> Option<(u32, u32)> {
         let inside = (x as u32) < self.width && (y as u32) < self.height;
-        let id = *self.ids.get(self.width as usize * y as usize + x as usize).filter(|_| inside)?;
+        if !inside {
+            return None;
+        }
+        let id = self.ids[self.width as usize * y as usize + x as usize];
         (id != NO_FACE).then_some((id[0], id[1]))
     }
 
@@ -72,7 +75,9 @@ mod tests {
         ids.set(4, 7, 0);
         ids.set(4, 8, 1);
         assert_eq!((ids.get(1, 1), ids.get(0, 0)), (Some((8, 1)), None));
-        assert_eq!((ids.get(-1, 0), ids.get(4, 0), ids.get(0, 2)), (None, None, None));
+        for (x, y) in [(-1, 0), (-1, 1), (-1, -1), (0, -1), (4, 0), (0, 2), (i32::MIN, i32::MAX)] {
+            assert_eq!(ids.get(x, y), None, "({x}, {y})");
+        }
         ids.clear();
         assert_eq!(ids.get(1, 1), None);
     }
