@@ -167,7 +167,7 @@ pub enum RenderPath {
     Plain,
 }
 
-/// What a plan has to choose a draw's path from, beside the draw.
+/// Settings by which a plan chooses the path of a draw, beside the draw itself.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Backend {
     /// The code path that draws.

@@ -4,17 +4,22 @@
 //! reply, or a fault. Each request is counted here, once; the limit of replies, the counts of errors
 //! and the events that let observers keep or undo what began stand here alone, for commands as for
 //! batches of pixels.
+//!
+//! A panic in what a request does is a defect of the server. It refuses that request and no other:
+//! observers are told that it is undone, then of the pixels and depths as they are now. A panic of
+//! an observer is not caught here.
 
 use super::job::JobResult;
 use super::{Effect, Engine, Event, Pieces, Progress, Request};
 use crate::cancel::CancelToken;
 use crate::command::Command;
-use crate::error::Fault;
+use crate::error::{Code, Fault};
 use crate::math::matrix;
 use crate::scene::LookAt;
 use crate::server::read_files::ReadFile;
 use crate::server::{Budget, Session};
 use glam::DMat4;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 impl Engine {
     /// Runs one command of `session` to its end. Replies are appended to `replies`, which is left
@@ -34,7 +39,8 @@ impl Engine {
             match progress {
                 Progress::Done(effect) => return Ok(effect),
                 Progress::Job(job) => {
-                    progress = self.apply(session, job.run(&CancelToken::default()), replies)?;
+                    let result = job.run_guarded(&CancelToken::default());
+                    progress = self.apply(session, result, replies)?;
                 }
                 Progress::Pieces(pieces) => {
                     progress = self.run_pieces(session, *pieces, replies, Budget::NONE)?
@@ -69,7 +75,14 @@ impl Engine {
         if has_begun {
             self.send_begin(session, &request);
         }
-        let result = self.dispatch(session, request, replies);
+        #[cfg(test)]
+        let verb = request.verb();
+        let result = self.guarded(|engine| {
+            let result = engine.dispatch(session, request, replies);
+            #[cfg(test)]
+            engine.meet_defect(verb);
+            result
+        });
         self.end_request(session, has_begun, result, &[], replies, start)
     }
 
@@ -87,7 +100,7 @@ impl Engine {
         let (start, has_begun) = (replies.len(), made.is_ok());
         let result = made.and_then(|(command, apply)| {
             self.send_begin(session, &Request::Command(command));
-            apply(self, session, replies)
+            self.guarded(|engine| apply(engine, session, replies))
         });
         self.end_request(session, has_begun, result, &files, replies, start)
     }
@@ -104,9 +117,12 @@ impl Engine {
         replies: &mut Vec<u8>,
         budget: Budget,
     ) -> Result<Progress, Fault> {
-        let is_done = self.advance(session, &mut pieces, budget);
+        let is_done = self.guarded(|engine| engine.advance(session, &mut pieces, budget));
         if let Ok(false) = is_done {
             return Ok(Progress::Pieces(Box::new(pieces)));
+        }
+        if self.has_defect {
+            self.stop_pieces(&mut pieces);
         }
         let (start, has_begun) = (replies.len(), is_done.is_ok());
         let result = is_done.map(|_| {
@@ -115,6 +131,42 @@ impl Engine {
             Progress::Done(Effect::Done)
         });
         self.end_request(session, has_begun, result, &[], replies, start)
+    }
+
+    /// Runs a part of a request. A panic in it refuses the request.
+    #[inline]
+    fn guarded<T>(&mut self, part: impl FnOnce(&mut Engine) -> Result<T, Fault>) -> Result<T, Fault> {
+        // Pixels that it has drawn stay. The memories hold plain numbers, so any state of them is
+        // valid.
+        match catch_unwind(AssertUnwindSafe(|| part(self))) {
+            Ok(result) => result,
+            Err(_) => Err(self.note_defect("this command met a defect of the server, and was given up")),
+        }
+    }
+
+    /// Notes that the running request met a defect. Returns its fault.
+    #[cold]
+    pub(super) fn note_defect(&mut self, message: &str) -> Fault {
+        self.has_defect = true;
+        self.end_band();
+        Fault::new(Code::Format, message)
+    }
+
+    /// Panics if a test wants this verb to meet a defect.
+    #[cfg(test)]
+    pub(super) fn meet_defect(&self, verb: &'static str) {
+        assert_ne!(self.wanted_defect, Some(verb), "a defect for a test");
+    }
+
+    /// Sends observers the memories as a request has left them that met a defect: a part of it may
+    /// be drawn.
+    #[cold]
+    fn send_after_defect(&mut self) {
+        self.has_defect = false;
+        self.send_rows(0..self.framebuffer.height());
+        if self.framebuffer.depth.is_some() {
+            self.discard_depths();
+        }
     }
 
     /// Ends a request, or a part of it: checks the limit of replies, counts errors, and sends
@@ -142,6 +194,9 @@ impl Engine {
         }
         if has_begun {
             self.send_end(session, matches!(result, Ok(Progress::Done(_))), files);
+        }
+        if result.is_err() && self.has_defect {
+            self.send_after_defect();
         }
         result
     }
@@ -249,3 +304,6 @@ impl Engine {
 }
 
 const VERSION_REPLY: &str = concat!("VERSION fbptr ", env!("CARGO_PKG_VERSION"), "\n");
+
+#[cfg(test)]
+mod tests;

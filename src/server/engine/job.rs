@@ -64,7 +64,7 @@ impl Job {
     }
 
     /// Runs the job on the calling thread.
-    pub fn run(self, cancel: &CancelToken) -> JobResult {
+    pub(super) fn run(self, cancel: &CancelToken) -> JobResult {
         (self.work)(cancel)
     }
 

@@ -22,7 +22,7 @@
 use super::Engine;
 use super::drawing::Drawing;
 use crate::cancel::CancelToken;
-use crate::error::{Code, Fault};
+use crate::error::Fault;
 use crate::memory::{DepthFormat, DepthMemory, PickBuffer, VideoMemory};
 use crate::pipeline::{DrawStats, PipelineError, Preemption, Renderer, Target, TargetOwner};
 use crate::scene::HiddenSurface;
@@ -245,7 +245,7 @@ impl Engine {
                 Ok(Event::Ended(ended)) => return self.end_long_draw(s, *ended),
                 Ok(_) => draw.is_waiting = true,
                 Err(true) => return Ok(false),
-                Err(false) => return Err(defect()),
+                Err(false) => return Err(self.note_defect(DEFECT)),
             }
         }
         match self.lend(draw, LOAN)? {
@@ -273,14 +273,14 @@ impl Engine {
             }
             Err(mut frame) => {
                 frame.swap_with(&mut self.framebuffer.target());
-                Err(defect())
+                Err(self.note_defect(DEFECT))
             }
             // The thread has died with the frame, which not even a defect of a draw does.
             Ok(Ok(Event::Wants) | Err(_)) => {
                 if let Ok(memory) = VideoMemory::new(width, height) {
                     self.framebuffer.memory = memory;
                 }
-                Err(defect())
+                Err(self.note_defect(DEFECT))
             }
         }
     }
@@ -294,7 +294,8 @@ impl Engine {
     /// Completes a draw whose frame is back. Returns `true`.
     fn end_long_draw(&mut self, s: &mut Session, ended: Ended) -> Result<bool, Fault> {
         self.take_back(ended.renderer);
-        self.end_drawing(s, &ended.drawing, ended.result.ok_or_else(defect)?)?;
+        let result = ended.result.ok_or_else(|| self.note_defect(DEFECT))?;
+        self.end_drawing(s, &ended.drawing, result)?;
         Ok(true)
     }
 
@@ -313,7 +314,7 @@ impl Engine {
                         draw.is_waiting = true;
                         continue;
                     }
-                    Err(_) => Err(defect()),
+                    Err(_) => break,
                 },
             };
             match ended {
@@ -329,7 +330,5 @@ impl Engine {
     }
 }
 
-/// Creates the fault of a draw that met a defect.
-fn defect() -> Fault {
-    Fault::new(Code::Format, "this draw met a defect of the server, and was given up")
-}
+/// Message of the fault of a draw that met a defect.
+const DEFECT: &str = "this draw met a defect of the server, and was given up";

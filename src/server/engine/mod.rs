@@ -120,6 +120,11 @@ pub struct Engine {
     is_in_pieces: bool,
     /// Set if the running command may be suspended.
     may_suspend: bool,
+    /// Set while a request ends that met a defect.
+    has_defect: bool,
+    /// Verb of requests that meet a defect when they have run.
+    #[cfg(test)]
+    pub(in crate::server) wanted_defect: Option<&'static str>,
 }
 
 /// The renderer, and what the engine keeps between 3-D draws.
@@ -205,6 +210,9 @@ impl Engine {
             observers: Vec::new(),
             is_in_pieces: false,
             may_suspend: false,
+            has_defect: false,
+            #[cfg(test)]
+            wanted_defect: None,
         })
     }
 

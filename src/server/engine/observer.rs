@@ -66,10 +66,11 @@ pub struct FrameView<'a> {
     pub is_frozen: bool,
 }
 
-/// What happens to an engine.
+/// An event of an engine.
 ///
 /// A request is `Received` once. `Begins` stands before each part of it that may change anything,
-/// and is followed by `Done` if the request has then taken effect, otherwise by `Undone`.
+/// and is followed by `Done` if the request has then taken effect, otherwise by `Undone`. If a
+/// defect left a part of it in the memory, `Pixels` follow.
 #[derive(Debug)]
 pub enum Event<'a> {
     /// The observer was attached. What it holds may be reserved from this budget.

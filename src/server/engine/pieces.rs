@@ -176,7 +176,10 @@ impl Engine {
         budget: Budget,
     ) -> Result<bool, Fault> {
         loop {
-            if self.run_piece(s, pieces, budget.until)? {
+            let is_last = self.run_piece(s, pieces, budget.until)?;
+            #[cfg(test)]
+            self.meet_defect(pieces.command.verb());
+            if is_last {
                 return Ok(true);
             }
             let now = Instant::now();
@@ -304,7 +307,7 @@ impl Engine {
     }
 
     /// Ends the restriction of figures to a band of rows.
-    pub(in crate::server) fn end_band(&mut self) {
+    pub(super) fn end_band(&mut self) {
         self.framebuffer.memory.set_window(0..self.framebuffer.height());
     }
 
@@ -370,8 +373,9 @@ impl Engine {
 }
 
 impl Engine {
-    /// Clears the depths, which a draw that was given up has written in part, for the observers too.
-    fn discard_depths(&mut self) {
+    /// Clears the depths, which a draw that was given up has written in part, for the observers
+    /// too.
+    pub(super) fn discard_depths(&mut self) {
         let format = self.framebuffer.depth_format;
         let other = if format == DepthFormat::F32 { DepthFormat::U32 } else { DepthFormat::F32 };
         for format in [other, format] {
@@ -383,6 +387,11 @@ impl Engine {
     /// Abandons a command in pieces, because its connection or the server ends.
     pub(in crate::server) fn abandon(&mut self, verb: &'static str, mut pieces: Pieces) {
         self.note_abandoned(verb);
+        self.stop_pieces(&mut pieces);
+    }
+
+    /// Ends what a command in pieces does beside the render thread.
+    pub(super) fn stop_pieces(&mut self, pieces: &mut Pieces) {
         if let Next::Draw(draw) = &mut pieces.next {
             self.stop_long_draw(draw);
         }

@@ -490,3 +490,30 @@ fn a_recording_that_is_being_written_is_not_emptied_by_another() {
     let refused = is_over.recv_timeout(Duration::from_secs(30)).expect("the opening waits").unwrap_err();
     assert!(refused.to_string().contains("a pipe that nobody reads"), "{refused}");
 }
+
+#[test]
+fn a_replay_draws_what_a_request_with_a_defect_left() {
+    on_a_large_stack(|| {
+        let bytes_written = WrittenBytes::default();
+        let mut engine = Engine::new(24, 16).unwrap();
+        engine.attach(Recorder::new(Box::new(bytes_written.clone()), 24, 16).unwrap());
+        let mut stream = Stream::new(&engine, 7, Audience::Connection);
+        let mut feed = |engine: &mut Engine, defect: Option<&'static str>, script: &[u8]| {
+            engine.wanted_defect = defect;
+            let _ = stream.feed(engine, script, &mut Output::default(), Budget::NONE);
+        };
+        let scene = b"AMBIENT 1 1 1\nMESH m BOX 3 3 3\nLOOKAT 0 0 5 0 0 0 0 1 0\n";
+        feed(&mut engine, None, scene);
+        feed(&mut engine, Some("DRAW"), b"DRAW m\n");
+        feed(&mut engine, Some("PX"), b"PX 1 1 ff0000\nPX 2 2 00ff00\n");
+        // The depths of the draw with the defect would hide this one.
+        feed(&mut engine, None, b"MATERIAL red red red 1\nSCALE 0.5 0.5 0.5\nDRAW m\nSYNC a\n");
+        engine.end();
+        let live = engine.memory().bytes().to_vec();
+        assert!(live.chunks(4).any(|pixel| pixel == [255, 0, 0, 255]), "the last draw is seen");
+        let recording = bytes_written.0.lock().unwrap().clone();
+        let (replayed, _, notices) = replay(Engine::new(24, 16).unwrap(), &recording);
+        assert_eq!(notices, []);
+        assert!(live == replayed, "the replay differs");
+    });
+}

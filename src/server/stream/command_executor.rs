@@ -2,18 +2,17 @@
 //! errors.
 //!
 //! In: calls of the decoder ([`Sink`]). Out: effects on the engine and the session, replies,
-//! notices. Runs on the thread that has the engine. Promises that commands take effect in order,
-//! and that a panic in one, which is a defect, ends that command and no other.
+//! notices. Runs on the thread that has the engine. Promises that commands take effect in order. A
+//! request that meets a defect of the server is refused by the engine, as any other error is.
 
 use super::{CommandError, Notice, Output, Resume, StreamState, Suspended};
 use crate::cancel::CancelToken;
 use crate::command::{Command, Figure, Flow, Rect, Sink, StreamError, StreamPosition, format_fault};
 use crate::draw2d::Line;
-use crate::error::{Code, Fault};
+use crate::error::Fault;
 use crate::memory::{Reservation, Rgba};
 use crate::server::engine::{Progress, Request};
 use crate::server::{Audience, Budget, Effect, Engine, Pace, Session};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
 /// Runs the commands of one stream for one call of the decoder.
@@ -78,8 +77,7 @@ impl<'a> CommandExecutor<'a> {
     fn draw_lines(&mut self) {
         let lines = std::mem::take(&mut self.lines);
         // Lines are never refused; a defect is counted.
-        let _ = self
-            .run_guarded(|engine, session, replies| engine.begin(session, Request::Lines(&lines), replies));
+        let _ = self.engine.begin(self.session, Request::Lines(&lines), &mut self.out.replies);
         self.lines = lines;
         self.lines.clear();
     }
@@ -116,40 +114,28 @@ impl<'a> CommandExecutor<'a> {
         }
     }
 
-    /// Runs a part of a command, and its job if that is small or must not be suspended. A panic in
-    /// it, which is a defect, refuses the command and does not end the server.
-    fn run_guarded(
+    /// Runs a part of a command, and its job if that is small or must not be suspended.
+    fn run_part(
         &mut self,
         part: impl FnOnce(&mut Engine, &mut Session, &mut Vec<u8>) -> Result<Progress, Fault>,
     ) -> Result<Progress, Fault> {
-        let replies = self.out.replies.len();
         let suspends = self.budget.suspends;
-        let run = AssertUnwindSafe(|| {
-            let mut progress = part(self.engine, self.session, &mut self.out.replies)?;
-            while let Progress::Job(job) = progress {
-                if suspends && !job.is_small() {
-                    return Ok(Progress::Job(job));
-                }
-                let result = job.run(&CancelToken::default());
-                progress = self.engine.apply(self.session, result, &mut self.out.replies)?;
+        let mut progress = part(self.engine, self.session, &mut self.out.replies)?;
+        while let Progress::Job(job) = progress {
+            if suspends && !job.is_small() {
+                return Ok(Progress::Job(job));
             }
-            Ok(progress)
-        });
-        // Pixels that the command has drawn stay. The video memory holds plain numbers, so any
-        // state of it is valid.
-        catch_unwind(run).unwrap_or_else(|_| {
-            self.out.replies.truncate(replies);
-            self.session.stats.errors += 1;
-            self.engine.end_band();
-            Err(Fault::new(Code::Format, "this command met a defect of the server, and was given up"))
-        })
+            let result = job.run_guarded(&CancelToken::default());
+            progress = self.engine.apply(self.session, result, &mut self.out.replies)?;
+        }
+        Ok(progress)
     }
 
     /// Continues a command whose job is done, or which is in pieces.
     pub(super) fn resume(&mut self, resume: Resume, suspended: Suspended) -> Flow {
         let Suspended { place, verb, pieces } = suspended;
         let budget = self.budget;
-        let progress = self.run_guarded(|engine, session, replies| match (resume, pieces) {
+        let progress = self.run_part(|engine, session, replies| match (resume, pieces) {
             (Resume::Job(result), _) => engine.apply(session, result, replies),
             (Resume::Pieces, Some(pieces)) => engine.run_pieces(session, *pieces, replies, budget),
             (Resume::Pieces, None) => Ok(Progress::Done(Effect::Done)),
@@ -160,7 +146,7 @@ impl<'a> CommandExecutor<'a> {
     /// Runs a command, or the first pieces of a long one.
     fn run_command(&mut self, command: Command) -> Result<Progress, Fault> {
         let budget = self.budget;
-        self.run_guarded(|engine, session, replies| {
+        self.run_part(|engine, session, replies| {
             match engine.begin(session, Request::Command(command), replies)? {
                 Progress::Pieces(pieces) if pieces.runs_at_once() => {
                     engine.run_pieces(session, *pieces, replies, budget)
@@ -253,7 +239,8 @@ impl<'a> CommandExecutor<'a> {
 }
 
 impl Sink for CommandExecutor<'_> {
-    /// Draws one pixel whose command was not in the plain form. Pixels are never refused.
+    /// Draws one pixel whose command was not in the plain form. Pixels are never refused; a defect
+    /// is counted.
     fn pixel(&mut self, x: i32, y: i32, color: Rgba) {
         let _ = self.run_batch(Request::Pixel { x, y, color });
     }

@@ -273,8 +273,8 @@ impl Scheduler {
         self.engine.begin_slice(now);
         let mut state = StreamState::Yields;
         if connection.is_runnable() {
-            // A panic outside a command's own guard is a defect, too; it ends this connection, not
-            // the server.
+            // A panic outside of what the engine guards is a defect, too; it ends this connection,
+            // not the server.
             let run = || connection.run(&mut self.engine, SLICE_BYTES, budget, &mut self.output);
             state = catch_unwind(AssertUnwindSafe(run)).unwrap_or(StreamState::Ended);
         }
@@ -292,7 +292,7 @@ impl Scheduler {
                     self.jobs_until = Some(now);
                 }
                 // The system has no thread to give: the job runs here, and all connections wait.
-                Err(job) => connection.add_result(job.run(&CancelToken::default())),
+                Err(job) => connection.add_result(job.run_guarded(&CancelToken::default())),
             }
         }
         let run_bytes = queued_before - connection.queued_bytes;
