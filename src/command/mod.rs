@@ -12,7 +12,7 @@ mod commands;
 mod decoder;
 mod encode;
 #[cfg(test)]
-mod example;
+pub(crate) mod example;
 mod help;
 mod long_line;
 mod payload_pool;
@@ -40,4 +40,5 @@ pub use sink::{BINARY_PIXEL_BYTES, Flow, Sink, StreamPosition, binary_pixel};
 pub use stream_error::{
     StreamError, Subject, format_error, format_fault, format_play_error, format_play_fault,
 };
+pub(crate) use table::verbs;
 pub use verb::{Encoding, Form, Group, Parameter, ParameterKind, Payload, Reply, Verb};

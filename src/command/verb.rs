@@ -145,6 +145,8 @@ pub struct Verb {
     pub reply: Reply,
     /// Accepted syntaxes, for HELP and error messages.
     pub forms: &'static [Form],
+    /// A valid command, with its payload: what a client would send.
+    pub example: &'static str,
     /// Arguments in order.
     pub parameters: &'static [Parameter],
     /// Encoding of the arguments.

@@ -5,7 +5,8 @@
 //!
 //! ```text
 //! Group Encoding Enum {
-//!     VERB Variant { field["words"]: Type = Kind, ... } with pass = function -> Reply: "about";
+//!     VERB Variant { field["words"]: Type = Kind, ... } = fn name with pass = function -> Reply:
+//!         "about" eg "example";
 //! }
 //! ```
 //!
@@ -14,10 +15,13 @@
 //! - `["words"]`: the argument's words in the syntax, by default the field's name.
 //! - `= Kind`: the [`Argument`](super::arguments::Argument) that reads, checks and writes the
 //!   field, by default its type.
+//! - `= fn name`: the engine's method that runs the command, called with the fields; `= job name`
+//!   if it only makes a job, whose result is what is recorded. The rows of projections have none.
 //! - `with pass = function`: a function in place of one pass of [`Codec`](super::codec::Codec), for
 //!   what depends on several arguments.
 //! - `-> Reply`: a variant of [`Reply`](super::verb::Reply), by default `Never`.
 //! - `"about"`: one line for HELP; or `["syntax": "about", ...]` for a verb of several forms.
+//! - `eg "example"`: a valid command with its payload.
 //!
 //! Out, by `language!`: the enums `Command` and `Figure` with `Codec`, `Codec` for `Projection`,
 //! the static tables `TABLE` and `PARSERS`.
@@ -137,10 +141,11 @@ macro_rules! table {
         $( $variant:ident
             $({ $($f:ident $([$w:literal])? : $t:ty $(= $k:ty)?),* $(,)? })?
             $(( $($g:ident $([$x:literal])? : $u:ty $(= $l:ty)?),* ))?
+            $(= $way:ident $function:ident)?
             $(with $($pass:ident = $hook:ident),+)?
         )|+
         $(-> $reply:ident)?
-        : $forms:tt;
+        : $forms:tt eg $example:literal;
     )*} )*) => {
         /// All verbs, in the order of HELP.
         pub(in crate::command) static TABLE: &[Verb] = &[$($(
@@ -156,6 +161,7 @@ macro_rules! table {
                     $($(.and(<kind!($u $(, $l)?) as Argument>::PAYLOAD))*)?
                 )+,
                 reply: reply!($($reply)?),
+                example: $example,
                 forms: forms!([$verb $($($($f [$($w)?])*)? $($($g [$($x)?])*)?)+] $forms),
                 parameters: first!($([
                     $($(parameter::<kind!($t $(, $k)?)>(stringify!($f), words!($f [$($w)?])),)*)?
@@ -176,15 +182,16 @@ macro_rules! table {
 
 /// An enum with one variant a row, and the variants `nested`, which hold other enums.
 macro_rules! command_enum {
-    ($(#[$attribute:meta])* $target:ident [$($nest:ident ($nested:ty)),*] $(
+    ($(#[$attribute:meta])* $target:ident [$($nest:ident ($nested:ty) = fn $runs:ident),*] $(
         $verb:ident
         $( $variant:ident
             $({ $($f:ident $([$w:literal])? : $t:ty $(= $k:ty)?),* $(,)? })?
             $(( $($g:ident $([$x:literal])? : $u:ty $(= $l:ty)?),* ))?
+            $(= $way:ident $function:ident)?
             $(with $($pass:ident = $hook:ident),+)?
         )|+
         $(-> $reply:ident)?
-        : $forms:tt;
+        : $forms:tt eg $example:literal;
     )*) => {
         $(#[$attribute])*
         #[derive(Clone, Debug, PartialEq)]
@@ -239,15 +246,16 @@ macro_rules! hooked {
 /// value and `more`.
 macro_rules! pass {
     ($pass:ident($me:ident $(, $name:ident : $type:ty)?) $more:tt -> $error:ty;
-        $target:ident [$($nest:ident ($nested:ty)),*] $(
+        $target:ident [$($nest:ident ($nested:ty) = fn $runs:ident),*] $(
         $verb:ident
         $( $variant:ident
             $({ $($f:ident $([$w:literal])? : $t:ty $(= $k:ty)?),* $(,)? })?
             $(( $($g:ident $([$x:literal])? : $u:ty $(= $l:ty)?),* ))?
+            $(= $way:ident $function:ident)?
             $(with $($hooked:ident = $hook:ident),+)?
         )|+
         $(-> $reply:ident)?
-        : $forms:tt;
+        : $forms:tt eg $example:literal;
     )*) => {
         #[allow(unused_variables, reason = "some verbs take no arguments, or have a function of their own")]
         fn $pass(&$me $(, $name: $type)?) -> Result<(), $error> {
@@ -267,15 +275,17 @@ macro_rules! pass {
 
 /// A method of `Codec` that returns the first argument's payload.
 macro_rules! payload_of {
-    ($payload:ident($me:ident : $borrowed:ty) -> $bytes:ty; $target:ident [$($nest:ident ($nested:ty)),*] $(
+    ($payload:ident($me:ident : $borrowed:ty) -> $bytes:ty;
+        $target:ident [$($nest:ident ($nested:ty) = fn $runs:ident),*] $(
         $verb:ident
         $( $variant:ident
             $({ $($f:ident $([$w:literal])? : $t:ty $(= $k:ty)?),* $(,)? })?
             $(( $($g:ident $([$x:literal])? : $u:ty $(= $l:ty)?),* ))?
+            $(= $way:ident $function:ident)?
             $(with $($hooked:ident = $hook:ident),+)?
         )|+
         $(-> $reply:ident)?
-        : $forms:tt;
+        : $forms:tt eg $example:literal;
     )*) => {
         #[allow(unused_variables, reason = "some verbs take no arguments")]
         #[allow(clippy::needless_arbitrary_self_type, reason = "the macro is given the whole type")]
@@ -294,15 +304,16 @@ macro_rules! payload_of {
 
 /// The method `Codec::verb`.
 macro_rules! verb_of {
-    ($target:ident [$($nest:ident ($nested:ty)),*] $(
+    ($target:ident [$($nest:ident ($nested:ty) = fn $runs:ident),*] $(
         $verb:ident
         $( $variant:ident
             $({ $($f:ident $([$w:literal])? : $t:ty $(= $k:ty)?),* $(,)? })?
             $(( $($g:ident $([$x:literal])? : $u:ty $(= $l:ty)?),* ))?
+            $(= $way:ident $function:ident)?
             $(with $($hooked:ident = $hook:ident),+)?
         )|+
         $(-> $reply:ident)?
-        : $forms:tt;
+        : $forms:tt eg $example:literal;
     )*) => {
         fn verb(&self) -> &'static str {
             match self {

@@ -2,7 +2,7 @@
 
 use crate::recorder::{Event, hear};
 use crate::valid_forms::valid_forms;
-use fbptr::command::{Encoding, Verb};
+use fbptr::command::{Encoding, Payload, Verb, encode};
 
 const RED: [u8; 4] = [255, 0, 0, 255];
 
@@ -256,5 +256,32 @@ fn a_pixel_takes_its_colour_in_any_form_and_its_verb_in_either_case() {
         ("PX 1 2 transparent", Event::Pixel(1, 2, [0; 4])),
     ] {
         assert_eq!(hear(format!("{text}\n").as_bytes()), [event], "{text}");
+    }
+}
+
+#[test]
+fn the_example_of_every_verb_is_one_command_that_is_read_as_it_is_written() {
+    for verb in Verb::all() {
+        let bytes = match verb.encoding {
+            Encoding::Text if verb.payload != Payload::Never && verb.example.contains('\n') => {
+                verb.example.into()
+            }
+            Encoding::Text => format!("{}\n", verb.example),
+            Encoding::Binary => verb.example.into(),
+        };
+        let written = match &hear(bytes.as_bytes())[..] {
+            [Event::Command(command, _)] => {
+                assert_eq!(command.verb(), verb.name, "{}", verb.example);
+                let mut written = Vec::new();
+                encode(command, &mut written).expect("it has a text form");
+                let again = hear(&written);
+                assert!(matches!(&again[..], [Event::Command(read, _)] if read == command), "{again:?}");
+                continue;
+            }
+            [Event::Pixel(..)] => "PX",
+            [Event::Binary(..)] => "PB",
+            events => panic!("{}: {events:?}", verb.example),
+        };
+        assert_eq!(written, verb.name, "{}", verb.example);
     }
 }

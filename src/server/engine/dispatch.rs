@@ -10,15 +10,12 @@
 //! an observer is not caught here.
 
 use super::job::JobResult;
-use super::{Effect, Engine, Event, Pieces, Progress, Request};
+use super::{Call, Effect, Engine, Event, Lend, Outcome, Pieces, Progress, Request};
 use crate::cancel::CancelToken;
 use crate::command::Command;
 use crate::error::{Code, Fault};
-use crate::math::matrix;
-use crate::scene::LookAt;
 use crate::server::read_files::ReadFile;
 use crate::server::{Budget, Session};
-use glam::DMat4;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 impl Engine {
@@ -210,100 +207,22 @@ impl Engine {
         out: &mut Vec<u8>,
     ) -> Result<Progress, Fault> {
         match request {
-            Request::Command(command) => return self.dispatch_command(s, command, out),
-            Request::Pixel { x, y, color } => self.framebuffer.moved_pixel(s, x, y, color),
-            Request::Pixels(records) => self.framebuffer.pixels(s, records),
-            Request::BinaryPixels(records) => self.framebuffer.binary_pixels(s, records),
-            Request::Lines(lines) => self.lines(s, lines),
-            Request::PixelRun { x, y, rgba } => self.framebuffer.pixel_run(s, x, y, rgba)?,
-            Request::Blit { rect, rgba } => self.framebuffer.blit(s, rect, rgba)?,
-            Request::Points(packed) => self.points(s, packed)?,
-        }
-        Ok(Progress::Done(Effect::Done))
-    }
-
-    /// Runs a command, or creates its job. Has one line per verb.
-    #[inline(never)]
-    fn dispatch_command(
-        &mut self,
-        s: &mut Session,
-        command: Command,
-        out: &mut Vec<u8>,
-    ) -> Result<Progress, Fault> {
-        use Command as C;
-        match command {
-            C::Help => self.help(out),
-            C::Size => self.framebuffer.size(out),
-            C::GetPixel { x, y } => self.framebuffer.asked_pixel(s, x, y, out)?,
-            C::Pixel { x, y, color } => self.framebuffer.moved_pixel(s, x, y, color),
-            C::Offset { x, y } => s.offset = [x, y],
-            C::Quit => return Ok(Progress::Done(Effect::Quit)),
-            C::Stats => self.stats(s, out),
-            C::BinaryPixel { x, y, color } => self.framebuffer.pixel(s, x.into(), y.into(), color),
-            C::PixelRun { x, y, rgba } => self.framebuffer.pixel_run(s, x, y, &rgba)?,
-
-            C::Poke { offset, bytes } => self.framebuffer.poke(s, offset, &bytes)?,
-            C::Peek { offset, n } => self.peek(offset, n, out)?,
-            C::Blit { rect, rgba } => self.framebuffer.blit(s, rect, &rgba)?,
-            C::Read { rect } => self.read(rect, out)?,
-            C::Copy { source, dx, dy } => self.framebuffer.copy(s, source, dx, dy)?,
-            C::Points { packed } => self.points(s, &packed)?,
-            C::Crc { rect } => self.framebuffer.crc(rect, out)?,
-            C::Clear { color } => self.clear(s, color),
-
-            C::Figure(figure) => self.framebuffer.figure(s, &figure)?,
-            C::Blend { over } => {
-                s.blend = if over { crate::draw2d::Blend::Over } else { crate::draw2d::Blend::Replace };
+            Request::Command(command) => {
+                self.dispatch_command(&mut Call { session: s, replies: out }, command)
             }
-
-            C::Mesh { name, source } => return self.mesh_job(s, name, source),
-            C::Texture { name, file } => return self.texture_job(s, name, file),
-            C::Scene { x3d } => return self.scene_job(s, x3d),
-            C::Eye { name, json } => return self.eye_job(s, name, json),
-            C::Free { name } => self.free(s, &name)?,
-            C::Load { kind, name, path } => return self.load_job(s, kind, name, path),
-
-            C::LookAt { eye, reference, up } => self.look_at(s, LookAt { eye, reference, up })?,
-            C::Projection(projection) => self.set_projection(s, *projection)?,
-            C::Viewport { rect, rule } => self.set_viewport(s, rect, rule)?,
-            C::Identity => s.model = DMat4::IDENTITY,
-            C::Push => self.push_matrix(s)?,
-            C::Pop => self.pop_matrix(s)?,
-            C::Translate(by) => self.multiply_model(s, matrix::translate(by))?,
-            C::Rotate { axis, angle_rad } => self.rotate_model(s, axis, angle_rad)?,
-            C::Scale(by) => self.multiply_model(s, matrix::scale(by))?,
-            C::Shear(by) => self.shear_model(s, &by)?,
-            C::Matrix(by) => self.multiply_affine(s, &by)?,
-            C::Ambient(color) => s.ambient = color,
-            C::Light { index, light } => self.set_light(s, index, *light)?,
-            C::Material(material) => s.material = *material,
-            C::UseTexture { name, sampling } => self.use_texture(s, name, sampling)?,
-            C::Shade(mode) => s.shade = mode,
-            C::Cull(mode) => s.cull = mode,
-            C::Hide(mode) => s.hide = mode,
-            C::Depth(format) => self.framebuffer.set_depth_format(format),
-            C::Interp(mode) => s.interp = mode,
-            C::Quality(quality) => s.quality = quality,
-            C::Draw { name } => return self.draw(s, name, None),
-            C::DrawScene { time, sorted } => return self.draw_scene(s, time, sorted, None),
-            C::DrawEye { name, rect } => return self.draw_eye(s, name, rect),
-
-            C::DepthAt { x, y } => self.framebuffer.depth_at(x, y, out)?,
-            C::Pick { x, y } => self.framebuffer.pick(x, y, out)?,
-            C::Sync { tag } => out.extend_from_slice(format!("SYNC {tag}\n").as_bytes()),
-            C::Hello => self.hello(out),
-            C::Version => out.extend_from_slice(VERSION_REPLY.as_bytes()),
-            C::Auto(on) => self.set_auto(s, on),
-            C::Present { wait } => return Ok(Progress::Done(self.present(s, wait, out))),
-            C::Events(on) => self.set_events(s, on),
-            C::Errors(mode) => s.error_mode = Some(mode),
-            C::Snap(target) => return self.snap_job(target),
+            Request::Pixel { x, y, color } => self.framebuffer.moved_pixel(s, x, y, color).outcome(),
+            Request::Pixels(records) => self.framebuffer.pixels(s, records).outcome(),
+            Request::BinaryPixels(records) => self.framebuffer.binary_pixels(s, records).outcome(),
+            Request::Lines(lines) => self.lines(s, lines).outcome(),
+            Request::PixelRun { x, y, rgba } => self.framebuffer.pixel_run(s, x, y, rgba).outcome(),
+            Request::Blit { rect, rgba } => self.framebuffer.blit(s, rect, rgba).outcome(),
+            Request::Points(packed) => self.points(s, packed).outcome(),
         }
-        Ok(Progress::Done(Effect::Done))
     }
 }
 
-const VERSION_REPLY: &str = concat!("VERSION fbptr ", env!("CARGO_PKG_VERSION"), "\n");
-
 #[cfg(test)]
 mod tests;
+pub(super) mod verbs;
+
+pub(super) use verbs::{is_made_by_job, is_pixelflut};

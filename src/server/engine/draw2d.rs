@@ -1,9 +1,9 @@
-//! The 2-D commands: Pixelflut's verbs, the memory verbs, and the figures.
+//! Pixelflut's verbs and the memory verbs, as commands and as batches.
 //!
-//! In: pixels, rectangles and figures of one session. Out: changed video memory, replies, counters.
+//! In: pixels and rectangles of one session. Out: changed video memory, replies, counters.
 
-use super::{Engine, EngineFrame};
-use crate::command::{BINARY_PIXEL_BYTES, Figure, Rect};
+use super::{Call, Engine, EngineFrame};
+use crate::command::{BINARY_PIXEL_BYTES, Rect};
 use crate::draw2d::{self, Blend, Line};
 use crate::error::{Code, Fault};
 use crate::executor::Executor;
@@ -23,24 +23,10 @@ impl From<draw2d::DrawError> for Fault {
 }
 
 impl EngineFrame {
-    pub(super) fn size(&self, out: &mut Vec<u8>) {
-        let (w, h) = (self.memory.width(), self.memory.height());
-        out.extend_from_slice(format!("SIZE {w} {h}\n").as_bytes());
-    }
-
     /// Adds OFFSET to the position of a text PX. A sum beyond i32 saturates and stays off the
     /// frame.
     pub(super) fn moved(s: &Session, x: i32, y: i32) -> (i32, i32) {
         (x.saturating_add(s.offset[0]), y.saturating_add(s.offset[1]))
-    }
-
-    /// Replies with a pixel's colour. The reply has the position that was asked for, not the one
-    /// moved by OFFSET, as in other Pixelflut servers.
-    pub(super) fn asked_pixel(&self, s: &Session, x: i32, y: i32, out: &mut Vec<u8>) -> Result<(), Fault> {
-        let (mx, my) = Self::moved(s, x, y);
-        let [r, g, b, _] = self.memory.get_pixel(mx, my)?;
-        out.extend_from_slice(format!("PX {x} {y} {r:02x}{g:02x}{b:02x}\n").as_bytes());
-        Ok(())
     }
 
     /// Runs `PX x y colour`, moved by OFFSET.
@@ -88,15 +74,7 @@ impl EngineFrame {
         Ok(())
     }
 
-    pub(super) fn poke(&mut self, s: &mut Session, offset: i32, bytes: &[u8]) -> Result<(), Fault> {
-        self.memory.poke(pointer(offset, bytes.len())?, bytes)?;
-        s.stats.pixels += bytes.len().div_ceil(4) as u64;
-        Ok(())
-    }
-
-    // The memory verbs store their bytes whatever `BLEND` is, so that reading returns what was
-    // written.
-
+    /// Draws RGBA rows, whatever `BLEND` is, so that reading returns what was written.
     pub(super) fn blit(&mut self, s: &mut Session, rect: Rect, rgba: &[u8]) -> Result<(), Fault> {
         draw2d::blit(&mut self.memory, rect, rgba, Blend::Replace)?;
         let stored = self.visible(rect);
@@ -114,52 +92,77 @@ impl EngineFrame {
         side(x, w, self.memory.width()) * side(y, h, self.memory.height())
     }
 
-    pub(super) fn copy(&mut self, s: &mut Session, source: Rect, dx: i32, dy: i32) -> Result<(), Fault> {
-        draw2d::copy(&mut self.memory, source, [dx, dy], Blend::Replace)?;
-        s.stats.pixels += self.visible(Rect { x: dx, y: dy, ..source });
-        Ok(())
-    }
-
-    pub(super) fn crc(&self, rect: Option<Rect>, out: &mut Vec<u8>) -> Result<(), Fault> {
-        let mut crc = crc32fast::Hasher::new();
-        match rect {
-            None => crc.update(self.memory.bytes()),
-            Some(rect) => draw2d::rows(&self.memory, rect)?.for_each(|row| crc.update(row)),
-        }
-        out.extend_from_slice(format!("CRC {:08x}\n", crc.finalize()).as_bytes());
-        Ok(())
-    }
-
     /// Does what CLEAR does besides filling the pixels: counts them, and clears the depth and pick
     /// buffers.
     pub(super) fn end_clear(&mut self, s: &mut Session) {
         s.stats.pixels += self.memory.bytes().len() as u64 / 4;
         self.clear_depths_and_ids();
     }
-
-    /// Draws a line, area or text.
-    pub(super) fn figure(&mut self, s: &mut Session, figure: &Figure) -> Result<(), Fault> {
-        let (memory, blend) = (&mut self.memory, s.blend);
-        match *figure {
-            Figure::Line { p0, p1, color } => draw2d::line(memory, p0, p1, color, blend),
-            Figure::Triangle { points, colors } => draw2d::triangle_outline(memory, points, colors, blend),
-            Figure::Fill { points, colors } => draw2d::fill(memory, points, colors, blend),
-            Figure::Rect { rect, color } => draw2d::rect(memory, rect, color, blend)?,
-            Figure::FillRect { rect, color } => draw2d::fill_rect(memory, rect, color, blend)?,
-            Figure::Circle { cx, cy, r, color } => draw2d::circle(memory, [cx, cy], r, color, blend)?,
-            Figure::FillCircle { cx, cy, r, color } => {
-                draw2d::fill_circle(memory, [cx, cy], r, color, blend)?;
-            }
-            Figure::Poly { color, ref points } => draw2d::poly(memory, points, color, blend),
-            Figure::FillPoly { color, ref points } => draw2d::fill_poly(memory, points, color, blend),
-            Figure::Text { x, y, color, ref utf8 } => draw2d::text(memory, [x, y], utf8, color, blend)?,
-            Figure::LineAa { p0, p1, color } => draw2d::line_aa(memory, p0, p1, color),
-        }
-        Ok(())
-    }
 }
 
 impl Engine {
+    pub(super) fn size(&self, call: &mut Call<'_>) {
+        call.answer(format_args!("SIZE {} {}", self.framebuffer.width(), self.framebuffer.height()));
+    }
+
+    /// Replies with a pixel's colour. The reply has the position that was asked for, not the one
+    /// moved by OFFSET, as in other Pixelflut servers.
+    pub(super) fn asked_pixel(&self, call: &mut Call<'_>, x: i32, y: i32) -> Result<(), MemoryError> {
+        let (mx, my) = EngineFrame::moved(call, x, y);
+        let [r, g, b, _] = self.framebuffer.memory.get_pixel(mx, my)?;
+        call.answer(format_args!("PX {x} {y} {r:02x}{g:02x}{b:02x}"));
+        Ok(())
+    }
+
+    /// Runs `PX x y colour`, moved by OFFSET.
+    pub(super) fn moved_pixel(&mut self, s: &mut Session, x: i32, y: i32, color: Rgba) {
+        self.framebuffer.moved_pixel(s, x, y, color);
+    }
+
+    pub(super) fn binary_pixel(&mut self, s: &mut Session, x: u16, y: u16, color: Rgba) {
+        self.framebuffer.pixel(s, x.into(), y.into(), color);
+    }
+
+    pub(super) fn pixel_run(
+        &mut self,
+        s: &mut Session,
+        x: u16,
+        y: u16,
+        rgba: impl AsRef<[u8]>,
+    ) -> Result<(), Fault> {
+        self.framebuffer.pixel_run(s, x, y, rgba.as_ref())
+    }
+
+    pub(super) fn poke(&mut self, s: &mut Session, offset: i32, bytes: Vec<u8>) -> Result<(), Fault> {
+        self.framebuffer.memory.poke(pointer(offset, bytes.len())?, &bytes)?;
+        s.stats.pixels += bytes.len().div_ceil(4) as u64;
+        Ok(())
+    }
+
+    // The memory verbs store their bytes whatever `BLEND` is, so that reading returns what was
+    // written.
+
+    pub(super) fn blit(&mut self, s: &mut Session, rect: Rect, rgba: impl AsRef<[u8]>) -> Result<(), Fault> {
+        self.framebuffer.blit(s, rect, rgba.as_ref())
+    }
+
+    pub(super) fn copy(&mut self, s: &mut Session, source: Rect, dx: i32, dy: i32) -> Result<(), Fault> {
+        draw2d::copy(&mut self.framebuffer.memory, source, [dx, dy], Blend::Replace)?;
+        s.stats.pixels += self.framebuffer.visible(Rect { x: dx, y: dy, ..source });
+        Ok(())
+    }
+
+    pub(super) fn crc(&self, call: &mut Call<'_>, rect: Option<Rect>) -> Result<(), Fault> {
+        let mut crc = crc32fast::Hasher::new();
+        let memory = &self.framebuffer.memory;
+        match rect {
+            None => crc.update(memory.bytes()),
+            Some(rect) => draw2d::rows(memory, rect)?.for_each(|row| crc.update(row)),
+        }
+        call.answer(format_args!("CRC {:08x}", crc.finalize()));
+        Ok(())
+    }
+
     /// Returns the executor of the 2-D verbs: the renderer's threads, never cancelled.
     fn executor(&self) -> Executor {
         Executor::of_pool(self.rendering.renderer.options().pool.clone())
@@ -170,13 +173,14 @@ impl Engine {
         draw2d::lines_on(&self.executor(), &mut self.framebuffer.memory, lines, s.blend);
     }
 
-    pub(super) fn peek(&mut self, offset: i32, n: i32, out: &mut Vec<u8>) -> Result<(), Fault> {
+    pub(super) fn peek(&mut self, call: &mut Call<'_>, offset: i32, n: i32) -> Result<(), Fault> {
         let len = usize::try_from(n)
             .map_err(|_| Fault::new(Code::Range, "the byte count must be 0 or more").got(n.to_string()))?;
         let at = pointer(offset, len)?;
         let _ = self.framebuffer.memory.peek(at, len)?;
         self.check_reply(len as u64 * 2)?;
         let bytes = self.framebuffer.memory.peek(at, len)?;
+        let out = &mut *call.replies;
         out.extend_from_slice(format!("PEEK {offset}").as_bytes());
         if !bytes.is_empty() {
             out.push(b' ');
@@ -187,9 +191,9 @@ impl Engine {
         Ok(())
     }
 
-    pub(super) fn read(&mut self, rect: Rect, out: &mut Vec<u8>) -> Result<(), Fault> {
-        self.read_head(rect, out)?;
-        draw2d::rows(&self.framebuffer.memory, rect)?.for_each(|row| out.extend_from_slice(row));
+    pub(super) fn read(&mut self, call: &mut Call<'_>, rect: Rect) -> Result<(), Fault> {
+        self.read_head(rect, call.replies)?;
+        draw2d::rows(&self.framebuffer.memory, rect)?.for_each(|row| call.replies.extend_from_slice(row));
         Ok(())
     }
 
@@ -203,7 +207,8 @@ impl Engine {
         Ok(bytes)
     }
 
-    pub(super) fn points(&mut self, s: &mut Session, packed: &[u8]) -> Result<(), Fault> {
+    pub(super) fn points(&mut self, s: &mut Session, packed: impl AsRef<[u8]>) -> Result<(), Fault> {
+        let packed = packed.as_ref();
         draw2d::points_on(&self.executor(), &mut self.framebuffer.memory, packed, Blend::Replace)?;
         let (w, h) = (self.framebuffer.width(), self.framebuffer.height());
         let records = packed.as_chunks::<8>().0;

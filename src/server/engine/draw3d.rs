@@ -8,7 +8,7 @@ use super::empty_draw::{self, EmptyDraw};
 use super::quality::{Found, QualityRequest};
 use super::scene_request::{MadeScene, SceneRequest};
 use super::{Effect, Engine, Job, JobResult, Progress};
-use crate::command::{Command, LightCommand, Quality, Rect, Shears};
+use crate::command::{Command, LightCommand, Quality, Rect};
 use crate::error::{Code, Fault};
 use crate::math::matrix;
 use crate::memory::{MemoryUse, Reservation};
@@ -20,7 +20,7 @@ use crate::scene::{
 };
 use crate::server::Session;
 use crate::server::resources::ResourceKind;
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DMat4, DVec3};
 use std::sync::Arc;
 
 /// Size of a scene's objects and moving meshes, in bytes, from which it is built by a job.
@@ -39,12 +39,18 @@ impl From<PipelineError> for Fault {
 }
 
 impl Engine {
-    pub(super) fn look_at(&self, s: &mut Session, look_at: LookAt) -> Result<(), Fault> {
-        self.set_camera(s, Camera { look_at, ..s.camera })
+    pub(super) fn look_at(
+        &self,
+        s: &mut Session,
+        eye: DVec3,
+        reference: DVec3,
+        up: DVec3,
+    ) -> Result<(), Fault> {
+        self.set_camera(s, Camera { look_at: LookAt { eye, reference, up }, ..s.camera })
     }
 
-    pub(super) fn set_projection(&self, s: &mut Session, projection: Projection) -> Result<(), Fault> {
-        self.set_camera(s, Camera { projection, ..s.camera })
+    pub(super) fn set_projection(&self, s: &mut Session, projection: Box<Projection>) -> Result<(), Fault> {
+        self.set_camera(s, Camera { projection: *projection, ..s.camera })
     }
 
     /// Sets the camera. One without an image is refused here, where its author sees the error, not
@@ -86,40 +92,11 @@ impl Engine {
         Ok(())
     }
 
-    pub(super) fn rotate_model(&self, s: &mut Session, axis: DVec3, angle_rad: f64) -> Result<(), Fault> {
-        let by = matrix::rotate(axis, angle_rad)
-            .ok_or_else(|| Fault::new(Code::Range, "a rotation's axis has a direction, 0 0 0 has none"))?;
-        self.multiply_model(s, by)
-    }
-
-    pub(super) fn shear_model(&self, s: &mut Session, by: &Shears) -> Result<(), Fault> {
-        self.multiply_model(s, matrix::shear(by[0], by[1], by[2], by[3], by[4], by[5]))
-    }
-
-    /// Multiplies the model matrix by one whose last row is checked.
-    pub(super) fn multiply_affine(&self, s: &mut Session, by: &DMat4) -> Result<(), Fault> {
-        let row = by.row(3);
-        if row != DVec4::W {
-            let found = format!("{} {} {} {}", row.x, row.y, row.z, row.w);
-            return Err(Fault::new(Code::Range, "a model matrix's last row is 0 0 0 1").got(found));
-        }
-        self.multiply_model(s, *by)
-    }
-
-    pub(super) fn multiply_model(&self, s: &mut Session, by: DMat4) -> Result<(), Fault> {
-        let product = s.model * by;
-        if !product.is_finite() {
-            return Err(Fault::new(Code::Range, "the model matrix would hold a number that is not finite"));
-        }
-        s.model = product;
-        Ok(())
-    }
-
     pub(super) fn set_light(
         &mut self,
         s: &mut Session,
         index: i32,
-        command: LightCommand,
+        command: Box<LightCommand>,
     ) -> Result<(), Fault> {
         let index =
             usize::try_from(index).ok().filter(|&i| i < self.quotas.limits.lights).ok_or_else(|| {
@@ -130,7 +107,7 @@ impl Engine {
         let directed = |direction: DVec3| {
             matrix::unit(direction).ok_or_else(|| Fault::new(Code::Range, "a light's direction is not 0 0 0"))
         };
-        let light = match command {
+        let light = match *command {
             LightCommand::Off => None,
             LightCommand::Point { position, color, attenuation } => {
                 light(LightKind::Point { position, attenuation, radius: f64::INFINITY }, color)
@@ -161,14 +138,14 @@ impl Engine {
         Ok(())
     }
 
-    /// Runs `DRAW`. Under `QUALITY max-error` it uses the settings that a search has found, or
+    /// Runs `DRAW`. Under `QUALITY max-error` it uses the settings that were found before, or
     /// returns the job that searches them.
-    pub(super) fn draw(
-        &mut self,
-        s: &mut Session,
-        name: String,
-        found: Option<Found>,
-    ) -> Result<Progress, Fault> {
+    pub(super) fn draw(&mut self, s: &mut Session, name: String) -> Result<Progress, Fault> {
+        self.draw_mesh(s, name, None)
+    }
+
+    /// Draws a mesh, after the search for its settings if there was one.
+    fn draw_mesh(&mut self, s: &mut Session, name: String, found: Option<Found>) -> Result<Progress, Fault> {
         let searched = found.map(|found| self.note_found(found));
         let mut geometry = self.mesh(s, &name)?;
         let has_textures = self.rendering.view_overrides.textures == TextureUse::AsGiven;
@@ -217,7 +194,8 @@ impl Engine {
                 QualityRequest::of_draw(self, &call, &draw.geometry, draw.texture.as_ref(), max_error);
             let Some(choice) = self.cached_choice(&request) else {
                 let (command, name) = (Command::Draw { name: draw.name.clone() }, draw.name);
-                return self.search_job(command, request, move |e, s, found| e.draw(s, name, Some(found)));
+                return self
+                    .search_job(command, request, move |e, s, found| e.draw_mesh(s, name, Some(found)));
             };
             request.apply(&choice);
             let cheaper = request.cheaper_draw(&call);
@@ -227,10 +205,15 @@ impl Engine {
         self.run_drawing(s, Drawing::Mesh(Box::new(draw)))
     }
 
-    /// Runs `DRAWSCENE`, with the search of [`Engine::draw`]. The searched scene itself is drawn:
+    /// Runs `DRAWSCENE`, with the search of [`Engine::draw`].
+    pub(super) fn draw_scene(&mut self, s: &mut Session, time: f64, sorted: bool) -> Result<Progress, Fault> {
+        self.draw_made_scene(s, time, sorted, None)
+    }
+
+    /// Draws the scene, with the part of it that a job has made. The searched scene itself is drawn:
     /// the moving parts of a scene are created anew for each time, so the cache would not match a
     /// second copy.
-    pub(super) fn draw_scene(
+    fn draw_made_scene(
         &mut self,
         s: &mut Session,
         time: f64,
@@ -274,7 +257,7 @@ impl Engine {
             let Some(choice) = self.cached_choice(&request) else {
                 let command = Command::DrawScene { time, sorted };
                 let then = move |e: &mut Engine, s: &mut Session, found| {
-                    e.draw_scene(s, time, sorted, Some(MadeScene::Searched(Box::new(found))))
+                    e.draw_made_scene(s, time, sorted, Some(MadeScene::Searched(Box::new(found))))
                 };
                 return self.search_job(command, request, then);
             };
@@ -350,7 +333,7 @@ fn scene_job(request: SceneRequest, time: f64, sorted: bool, held: Reservation) 
         let draw = move |engine: &mut Engine, s: &mut Session, _: &mut Vec<u8>| {
             // Reserved anew by the command.
             drop(held);
-            engine.draw_scene(s, time, sorted, Some(MadeScene::Built(scene)))
+            engine.draw_made_scene(s, time, sorted, Some(MadeScene::Built(scene)))
         };
         JobResult::new(Command::DrawScene { time, sorted }, Ok(draw))
     })

@@ -152,24 +152,10 @@ impl EngineFrame {
         }
     }
 
-    /// Runs `DEPTHAT`.
-    pub fn depth_at(&self, x: i32, y: i32, out: &mut Vec<u8>) -> Result<(), Fault> {
-        self.memory.get_pixel(x, y)?;
-        let z = self.depth.as_ref().and_then(|d| d.z(x, y)).unwrap_or(1.0);
-        out.extend_from_slice(format!("DEPTHAT {x} {y} {}\n", nine_digits(z)).as_bytes());
-        Ok(())
-    }
-
-    /// Runs `PICK`.
-    pub fn pick(&self, x: i32, y: i32, out: &mut Vec<u8>) -> Result<(), Fault> {
-        self.memory.get_pixel(x, y)?;
-        let hit = self.ids.as_ref().and_then(|ids| ids.get(x, y));
-        let line = match hit.and_then(|(number, t)| Some((self.names.names.get(number as usize)?, t))) {
-            Some((name, triangle)) => format!("PICK {x} {y} {name} {triangle}\n"),
-            None => format!("PICK {x} {y} none -1\n"),
-        };
-        out.extend_from_slice(line.as_bytes());
-        Ok(())
+    /// Returns the name and the triangle of the face seen at a pixel, if there is one.
+    pub fn face_at(&self, x: i32, y: i32) -> Option<(&str, u32)> {
+        let (number, triangle) = self.ids.as_ref()?.get(x, y)?;
+        Some((self.names.names.get(number as usize)?, triangle))
     }
 
     /// Returns the number of `name` in the pick buffer.
@@ -231,33 +217,5 @@ impl IdNames {
         self.names.push(name.clone());
         self.numbers.insert(name, number);
         number
-    }
-}
-
-/// Formats a number from 0 to 1 with nine significant digits, without an exponent.
-fn nine_digits(z: f64) -> String {
-    // The exponent form rounds first: 0.99999999996 becomes 1.00000000.
-    let rounded = format!("{z:.8e}");
-    let exponent: i32 = rounded.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
-    let decimals = if z == 0.0 { 8 } else { (8 - exponent).max(0) as usize };
-    format!("{z:.decimals$}")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn depths_have_nine_significant_digits() {
-        for (z, text) in [
-            (0.0, "0.00000000"),
-            (1.0, "1.00000000"),
-            (0.998_001_998_001_998, "0.998001998"),
-            (0.099_999_999_99, "0.100000000"),
-            (0.999_999_999_96, "1.00000000"),
-            (1.234_567_891e-5, "0.0000123456789"),
-        ] {
-            assert_eq!(nine_digits(z), text);
-        }
     }
 }

@@ -20,12 +20,16 @@
 //! # Ok::<(), fbptr::error::Fault>(())
 //! ```
 
+mod call;
 mod dispatch;
 mod draw2d;
 mod draw3d;
 mod drawing;
 mod empty_draw;
 mod engine_frame;
+#[cfg(test)]
+mod example;
+mod figures;
 mod files;
 mod frame_source;
 mod job;
@@ -39,6 +43,7 @@ mod quotas;
 mod request;
 mod resources;
 mod scene_request;
+mod settings;
 mod status;
 mod trace;
 
@@ -55,6 +60,7 @@ use crate::pipeline::quality::ChoiceCache;
 use crate::scene::ViewOverrides;
 use std::sync::Arc;
 
+use call::{Call, Lend, Outcome};
 use engine_frame::EngineFrame;
 pub(in crate::server) use files::FileReader;
 pub(in crate::server) use job::{Job, JobResult};

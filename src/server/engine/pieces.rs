@@ -297,7 +297,7 @@ impl Engine {
             Command::DrawEye { name, rect } => self.put_eye_band(s, name, *rect, rows),
             Command::Figure(figure) => {
                 self.framebuffer.memory.set_window(rows);
-                let drawn = self.framebuffer.figure(s, figure);
+                let drawn = self.figure(s, figure).map(drop);
                 self.end_band();
                 drawn
             }

@@ -4,29 +4,50 @@
 //! folder.
 
 use super::job::{Job, JobResult};
-use super::{Effect, Engine, Event, Progress};
+use super::{Call, Effect, Engine, Event, Progress};
 use crate::command::{Command, SnapTarget, help_text};
 use crate::error::{Code, Fault};
 use crate::load::QuotaDir;
-use crate::memory::{MemoryBudget, MemoryUse, SHARED_HEADER_BYTES, VideoMemory};
+use crate::memory::{MemoryBudget, MemoryError, MemoryUse, SHARED_HEADER_BYTES, VideoMemory};
 use crate::save::{self, SnapshotFormat};
 use crate::server::Session;
 use crate::server::snapshot_names::is_own_name;
 
 impl Engine {
-    pub(super) fn help(&self, out: &mut Vec<u8>) {
-        out.extend_from_slice(help_text().as_bytes());
+    pub(super) fn help(&self, call: &mut Call<'_>) {
+        call.replies.extend_from_slice(help_text().as_bytes());
     }
 
-    pub(super) fn hello(&self, out: &mut Vec<u8>) {
+    pub(super) fn hello(&self, call: &mut Call<'_>) {
         let (w, h, stride) =
             (self.framebuffer.width(), self.framebuffer.height(), self.framebuffer.memory.stride_bytes());
-        out.extend_from_slice(format!("HELLO fbptr 1 {w} {h} {stride} rgba\n").as_bytes());
+        call.answer(format_args!("HELLO fbptr 1 {w} {h} {stride} rgba"));
+    }
+
+    pub(super) fn version(&self, call: &mut Call<'_>) {
+        call.answer(format_args!("VERSION fbptr {}", env!("CARGO_PKG_VERSION")));
+    }
+
+    pub(super) fn depth_at(&self, call: &mut Call<'_>, x: i32, y: i32) -> Result<(), MemoryError> {
+        self.framebuffer.memory.get_pixel(x, y)?;
+        let z = self.framebuffer.depth.as_ref().and_then(|d| d.z(x, y)).unwrap_or(1.0);
+        call.answer(format_args!("DEPTHAT {x} {y} {}", nine_digits(z)));
+        Ok(())
+    }
+
+    pub(super) fn pick(&self, call: &mut Call<'_>, x: i32, y: i32) -> Result<(), MemoryError> {
+        self.framebuffer.memory.get_pixel(x, y)?;
+        match self.framebuffer.face_at(x, y) {
+            Some((name, triangle)) => call.answer(format_args!("PICK {x} {y} {name} {triangle}")),
+            None => call.answer(format_args!("PICK {x} {y} none -1")),
+        }
+        Ok(())
     }
 
     /// Runs `STATS`: replies with one line of this connection's counters, the totals, the sizes of
     /// frame, buffers and resources, the layout of the shared file, and the states of its parts.
-    pub(super) fn stats(&self, s: &Session, out: &mut Vec<u8>) {
+    pub(super) fn stats(&self, call: &mut Call<'_>) {
+        let s = &*call.session;
         let status = self.status();
         let mut totals = status.totals;
         totals += s.stats - s.counted;
@@ -58,7 +79,7 @@ impl Engine {
             memory_words(&self.quotas.budget),
             self.rendering.plan,
         );
-        out.extend_from_slice(line.as_bytes());
+        call.replies.extend_from_slice(line.as_bytes());
     }
 
     pub(super) fn set_auto(&mut self, s: &mut Session, on: bool) {
@@ -84,13 +105,13 @@ impl Engine {
         self.send(&Event::Listeners(self.counters.listeners));
     }
 
-    pub(super) fn present(&mut self, s: &mut Session, wait: bool, out: &mut Vec<u8>) -> Effect {
+    pub(super) fn present(&mut self, call: &mut Call<'_>, wait: bool) -> Effect {
         self.counters.frames += 1;
-        s.stats.frames += 1;
+        call.stats.frames += 1;
         self.send_present();
         match wait {
             true if !self.is_shown(self.counters.frames) => return Effect::WaitShown(self.counters.frames),
-            true => self.answer_shown(self.counters.frames, out),
+            true => self.answer_shown(self.counters.frames, call.replies),
             false => {}
         }
         Effect::Done
@@ -107,7 +128,7 @@ impl Engine {
     }
 
     /// Runs `SNAP`: copies the frame, which a job then encodes.
-    pub(super) fn snap_job(&self, target: SnapTarget) -> Result<Progress, Fault> {
+    pub(super) fn snap_job(&self, _: &mut Session, target: SnapTarget) -> Result<Progress, Fault> {
         let (w, h) = (self.framebuffer.width(), self.framebuffer.height());
         let folder = match (&target, &self.resources.snap_dir) {
             (SnapTarget::Connection, _) => None,
@@ -158,6 +179,15 @@ impl Engine {
     }
 }
 
+/// Formats a number from 0 to 1 with nine significant digits, without an exponent.
+fn nine_digits(z: f64) -> String {
+    // The exponent form rounds first: 0.99999999996 becomes 1.00000000.
+    let rounded = format!("{z:.8e}");
+    let exponent: i32 = rounded.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
+    let decimals = if z == 0.0 { 8 } else { (8 - exponent).max(0) as usize };
+    format!("{z:.decimals$}")
+}
+
 /// Formats the memory budget as `key=value` words: its limit, its used bytes, and those of each
 /// use.
 fn memory_words(budget: &MemoryBudget) -> String {
@@ -183,4 +213,23 @@ fn snap_file(folder: &QuotaDir, name: &str, frame: &VideoMemory) -> Result<Vec<u
     folder.write(name, |out| format.write(frame, out))?;
     let (w, h, crc) = (frame.width(), frame.height(), save::crc32(frame));
     Ok(format!("SNAP {name} {w} {h} {crc:08x}\n").into_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn depths_have_nine_significant_digits() {
+        for (z, text) in [
+            (0.0, "0.00000000"),
+            (1.0, "1.00000000"),
+            (0.998_001_998_001_998, "0.998001998"),
+            (0.099_999_999_99, "0.100000000"),
+            (0.999_999_999_96, "1.00000000"),
+            (1.234_567_891e-5, "0.0000123456789"),
+        ] {
+            assert_eq!(nine_digits(z), text);
+        }
+    }
 }

@@ -3,6 +3,7 @@
 //! In: commands and batches, decoded and valid. Out: the same, with what all kinds have in common:
 //! how many commands they are, of which verb. A batch passes the engine's door once.
 
+use super::dispatch::{is_made_by_job, is_pixelflut};
 use crate::command::{BINARY_PIXEL_BYTES, Command, Rect};
 use crate::draw2d::Line;
 use crate::memory::Rgba;
@@ -75,20 +76,8 @@ impl Request<'_> {
     /// Returns whether a connection that sends this may be a plain Pixelflut client.
     #[inline]
     pub(super) fn is_pixelflut(&self) -> bool {
-        use Command as C;
         match self {
-            Request::Command(command) => matches!(
-                command,
-                C::Help
-                    | C::Size
-                    | C::GetPixel { .. }
-                    | C::Pixel { .. }
-                    | C::BinaryPixel { .. }
-                    | C::PixelRun { .. }
-                    | C::Offset { .. }
-                    | C::Quit
-                    | C::Stats
-            ),
+            Request::Command(command) => is_pixelflut(command),
             Request::Pixel { .. }
             | Request::Pixels(_)
             | Request::BinaryPixels(_)
@@ -101,7 +90,6 @@ impl Request<'_> {
     /// recorded.
     #[inline]
     pub(super) fn is_made_by_job(&self) -> bool {
-        use Command as C;
-        matches!(self, Request::Command(C::Mesh { .. } | C::Texture { .. } | C::Scene { .. } | C::Eye { .. }))
+        matches!(self, Request::Command(command) if is_made_by_job(command))
     }
 }

@@ -319,11 +319,11 @@ impl Engine {
         }
     }
 
-    pub(super) fn free(&mut self, s: &mut Session, name: &str) -> Result<(), Fault> {
-        if !self.resources.table_mut(s, name).free(name) {
+    pub(super) fn free(&mut self, s: &mut Session, name: String) -> Result<(), Fault> {
+        if !self.resources.table_mut(s, &name).free(&name) {
             return Err(Fault::new(Code::NoEnt, "nothing has this name").got(name));
         }
-        if s.texture.as_ref().is_some_and(|(bound, _)| bound == name) {
+        if s.texture.as_ref().is_some_and(|(bound, _)| *bound == name) {
             s.texture = None;
         }
         Ok(())

@@ -1,0 +1,140 @@
+//! The dispatch of commands, made from the verb table: a row names the function that runs its verb.
+//!
+//! In: a command. Out: what its function returns, as progress. A function is a method of the engine
+//! whose parameters are the call and the verb's arguments in the table's order. Where the call's
+//! session is enough it takes that; it returns nothing, an effect, progress, or an error instead.
+
+use super::{Call, Engine, Fault, Lend, Outcome, Progress, Session};
+use crate::command::{Command, Figure, verbs};
+use std::borrow::Borrow;
+
+/// Sorts the blocks of the table: rows of Pixelflut's commands, all rows of commands, rows of
+/// figures.
+macro_rules! dispatch {
+    (nested $nested:tt; $($group:ident $encoding:ident $target:ident $rows:tt)*) => {
+        dispatch! { [] [] [] $nested $($group $target $rows)* }
+    };
+    ([$($p:tt)*] [$($c:tt)*] $f:tt $nested:tt Pixelflut Command { $($rows:tt)* } $($blocks:tt)*) => {
+        dispatch! { [$($p)* $($rows)*] [$($c)* $($rows)*] $f $nested $($blocks)* }
+    };
+    ($p:tt [$($c:tt)*] $f:tt $nested:tt $group:ident Command { $($rows:tt)* } $($blocks:tt)*) => {
+        dispatch! { $p [$($c)* $($rows)*] $f $nested $($blocks)* }
+    };
+    ($p:tt $c:tt [$($f:tt)*] $nested:tt $group:ident Figure { $($rows:tt)* } $($blocks:tt)*) => {
+        dispatch! { $p $c [$($f)* $($rows)*] $nested $($blocks)* }
+    };
+    // Projections are run as one: the camera's.
+    ($p:tt $c:tt $f:tt $nested:tt $group:ident Projection $rows:tt $($blocks:tt)*) => {
+        dispatch! { $p $c $f $nested $($blocks)* }
+    };
+    ([$($p:tt)*] [$($c:tt)*] [$($f:tt)*] $nested:tt) => {
+        run_commands! { dispatch_command is_made_by_job $nested $($c)* }
+        run_figures! { $($f)* }
+        has_variant! { is_pixelflut $($p)* }
+    };
+}
+
+/// The function `$dispatch` of the engine, which runs commands, and the function
+/// `$is_made_by_job`.
+macro_rules! run_commands {
+    ($dispatch:ident $is_made_by_job:ident [$($nest:ident ($nested:ty) = fn $runs:ident),*] $(
+        $verb:ident
+        $( $variant:ident
+            $({ $($f:ident $([$w:literal])? : $t:ty $(= $k:ty)?),* $(,)? })?
+            $(( $($g:ident $([$x:literal])? : $u:ty $(= $l:ty)?),* ))?
+            = $way:ident $function:ident
+            $(with $($hooked:ident = $hook:ident),+)?
+        )|+
+        $(-> $reply:ident)?
+        : $forms:tt eg $example:literal;
+    )*) => {
+        impl Engine {
+            /// Runs a command, or creates its job.
+            #[inline(never)]
+            pub(in crate::server::engine) fn $dispatch(
+                &mut self,
+                call: &mut Call<'_>,
+                command: Command,
+            ) -> Result<Progress, Fault> {
+                match command {
+                    $($( Command::$variant $({ $($f),* })? $(( $($g),* ))? => {
+                        self.$function(call $($(, $f)*)? $($(, $g)*)?).outcome()
+                    } )+)*
+                    $( Command::$nest(nested) => self.$runs(call, nested).outcome(), )*
+                }
+            }
+        }
+
+        /// Returns whether a job always makes the effect of a command: its result is what is
+        /// recorded.
+        pub(in crate::server::engine) fn $is_made_by_job(command: &Command) -> bool {
+            match command {
+                $($( Command::$variant { .. } => is_job!($way), )+)*
+                $( Command::$nest(_) => false, )*
+            }
+        }
+    };
+}
+
+/// Whether a row's function only makes a job.
+macro_rules! is_job {
+    (fn) => {
+        false
+    };
+    (job) => {
+        true
+    };
+}
+#[cfg(test)]
+pub(in crate::server::engine) use {is_job, run_commands};
+
+/// The function that draws figures.
+macro_rules! run_figures {
+    () => {};
+    ($(
+        $verb:ident
+        $( $variant:ident
+            { $($f:ident $([$w:literal])? : $t:ty $(= $k:ty)?),* $(,)? }
+            = fn $function:ident
+            $(with $($hooked:ident = $hook:ident),+)?
+        )|+
+        : $forms:tt eg $example:literal;
+    )+) => {
+        impl Engine {
+            /// Draws a line, area or text.
+            pub(in crate::server::engine) fn figure(
+                &mut self,
+                s: &mut Session,
+                figure: impl Borrow<Figure>,
+            ) -> Result<Progress, Fault> {
+                match figure.borrow() {
+                    $($( Figure::$variant { $($f),* } => {
+                        self.$function(s $(, $f.lend())*).outcome()
+                    } )+)+
+                }
+            }
+        }
+    };
+}
+
+/// A function that returns whether a command is of one of these rows.
+macro_rules! has_variant {
+    ($name:ident $(
+        $verb:ident
+        $( $variant:ident
+            $({ $($f:ident $([$w:literal])? : $t:ty $(= $k:ty)?),* $(,)? })?
+            $(( $($g:ident $([$x:literal])? : $u:ty $(= $l:ty)?),* ))?
+            = $way:ident $function:ident
+            $(with $($hooked:ident = $hook:ident),+)?
+        )|+
+        $(-> $reply:ident)?
+        : $forms:tt eg $example:literal;
+    )*) => {
+        /// Returns whether the command is one of Pixelflut's own.
+        pub(in crate::server::engine) fn $name(command: &Command) -> bool {
+            matches!(command, $($( Command::$variant { .. } )|+)|*)
+        }
+    };
+}
+
+verbs! { dispatch }

@@ -1,0 +1,117 @@
+//! The commands that set a state of their connection and can fail by nothing else than their values:
+//! offset, blending, model matrix, material, drawing modes.
+//!
+//! In: values of one session. Out: the session's state.
+
+use super::{Call, Effect, Engine};
+use crate::command::{ErrorMode, Quality, Shears};
+use crate::draw2d::Blend;
+use crate::error::{Code, Fault};
+use crate::math::matrix;
+use crate::memory::DepthFormat;
+use crate::scene::{Cull, HiddenSurface, Interpolation, Material, ShadeMode};
+use crate::server::Session;
+use glam::{DMat4, DVec3, DVec4};
+
+/// The connection.
+impl Engine {
+    pub(super) fn set_offset(&self, s: &mut Session, x: i32, y: i32) {
+        s.offset = [x, y];
+    }
+
+    pub(super) fn set_error_mode(&self, s: &mut Session, mode: ErrorMode) {
+        s.error_mode = Some(mode);
+    }
+
+    pub(super) fn sync(&self, call: &mut Call<'_>, tag: String) {
+        call.answer(format_args!("SYNC {tag}"));
+    }
+
+    pub(super) fn quit(&self, _: &mut Session) -> Effect {
+        Effect::Quit
+    }
+}
+
+/// Drawing modes.
+impl Engine {
+    pub(super) fn set_blend(&self, s: &mut Session, over: bool) {
+        s.blend = if over { Blend::Over } else { Blend::Replace };
+    }
+
+    pub(super) fn set_ambient(&self, s: &mut Session, color: DVec3) {
+        s.ambient = color;
+    }
+
+    pub(super) fn set_material(&self, s: &mut Session, material: Box<Material>) {
+        s.material = *material;
+    }
+
+    pub(super) fn set_shade(&self, s: &mut Session, mode: ShadeMode) {
+        s.shade = mode;
+    }
+
+    pub(super) fn set_cull(&self, s: &mut Session, mode: Cull) {
+        s.cull = mode;
+    }
+
+    pub(super) fn set_hide(&self, s: &mut Session, mode: HiddenSurface) {
+        s.hide = mode;
+    }
+
+    pub(super) fn set_interpolation(&self, s: &mut Session, mode: Interpolation) {
+        s.interp = mode;
+    }
+
+    pub(super) fn set_quality(&self, s: &mut Session, quality: Quality) {
+        s.quality = quality;
+    }
+
+    /// Sets the format of the depth buffer, which all connections share.
+    pub(super) fn set_depth_format(&mut self, _: &mut Session, format: DepthFormat) {
+        self.framebuffer.set_depth_format(format);
+    }
+}
+
+/// The model matrix.
+impl Engine {
+    pub(super) fn reset_model(&self, s: &mut Session) {
+        s.model = DMat4::IDENTITY;
+    }
+
+    pub(super) fn translate_model(&self, s: &mut Session, by: DVec3) -> Result<(), Fault> {
+        self.multiply_model(s, matrix::translate(by))
+    }
+
+    pub(super) fn scale_model(&self, s: &mut Session, by: DVec3) -> Result<(), Fault> {
+        self.multiply_model(s, matrix::scale(by))
+    }
+
+    pub(super) fn rotate_model(&self, s: &mut Session, axis: DVec3, angle_rad: f64) -> Result<(), Fault> {
+        let by = matrix::rotate(axis, angle_rad)
+            .ok_or_else(|| Fault::new(Code::Range, "a rotation's axis has a direction, 0 0 0 has none"))?;
+        self.multiply_model(s, by)
+    }
+
+    pub(super) fn shear_model(&self, s: &mut Session, by: Box<Shears>) -> Result<(), Fault> {
+        self.multiply_model(s, matrix::shear(by[0], by[1], by[2], by[3], by[4], by[5]))
+    }
+
+    /// Multiplies the model matrix by one whose last row is checked.
+    pub(super) fn multiply_affine(&self, s: &mut Session, by: Box<DMat4>) -> Result<(), Fault> {
+        let row = by.row(3);
+        if row != DVec4::W {
+            let found = format!("{} {} {} {}", row.x, row.y, row.z, row.w);
+            return Err(Fault::new(Code::Range, "a model matrix's last row is 0 0 0 1").got(found));
+        }
+        self.multiply_model(s, *by)
+    }
+
+    fn multiply_model(&self, s: &mut Session, by: DMat4) -> Result<(), Fault> {
+        let product = s.model * by;
+        if !product.is_finite() {
+            return Err(Fault::new(Code::Range, "the model matrix would hold a number that is not finite"));
+        }
+        s.model = product;
+        Ok(())
+    }
+}
