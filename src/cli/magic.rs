@@ -1,9 +1,10 @@
 //! Detection of a file's format by its first bytes, whatever its name.
 //!
-//! In: the first bytes of a file and its length. Out: that it is an X3D scene, or the name of an
+//! In: the first bytes of a file and its length. Out: the format of a scene, or the name of an
 //! unsupported format; `None` for everything else, which is classified by name. Otherwise a binary
 //! file would be refused line by line.
 
+use crate::load::MeshFormat;
 use std::fmt;
 use std::fs::File;
 use std::io::{self, Read};
@@ -17,16 +18,22 @@ const FIRST_BYTES: u64 = 64 << 10;
 pub(super) enum Content {
     /// X3D in XML, plain or compressed.
     X3d,
+    /// A mesh of a format that its bytes tell.
+    Mesh(MeshFormat),
     /// An unsupported format, described in words.
     Other(&'static str),
 }
 
 impl fmt::Display for Content {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Content::X3d => "an X3D scene, which `fbptr view` and `fbptr render` show",
-            Content::Other(what) => what,
-        })
+        let what = match self {
+            Content::Other(what) => return f.write_str(what),
+            Content::X3d => "an X3D scene",
+            Content::Mesh(MeshFormat::Obj) => "an OBJ model",
+            Content::Mesh(MeshFormat::Stl) => "an STL model",
+            Content::Mesh(MeshFormat::Ply) => "a PLY model",
+        };
+        write!(f, "{what}, which `fbptr view` and `fbptr render` show")
     }
 }
 
@@ -43,8 +50,6 @@ const BEGINNINGS: &[(&[u8], &str)] = &[
     (b"#?RADIANCE", "a Radiance picture"),
     (b"qoif", "a QOI picture"),
     (b"glTF", "a binary glTF model"),
-    (b"ply\n", "a PLY model"),
-    (b"ply\r", "a PLY model"),
     (b"Kaydara FBX Binary", "an FBX model"),
     (b"; FBX", "an FBX model"),
     (b"BLENDER", "a Blender file"),
@@ -99,19 +104,11 @@ fn of_bytes(first: &[u8], length: u64) -> Option<Content> {
         [b'B', b'M', _, _, _, _, 0, 0, 0, 0, ..] => Some("a BMP picture"),
         [b'P', b'1'..=b'7', b' ' | b'\n' | b'\r' | b'\t', ..] => Some("a PNM picture"),
         [_, _, _, _, b'f', b't', b'y', b'p', ..] => Some("a film or a HEIF picture"),
-        _ if is_stl(first, length) => Some("an STL model"),
         _ if is_gltf(first) => Some("a glTF model"),
         _ => None,
     };
-    what.map(Content::Other).or_else(|| of_xml(first))
-}
-
-/// Returns whether a file is STL: facets in text, or as many records of 50 bytes as its header
-/// says.
-fn is_stl(first: &[u8], length: u64) -> bool {
-    let count = first.get(80..84).map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]));
-    let is_binary = count.is_some_and(|n| length == 84 + 50 * u64::from(n));
-    is_binary || (first.starts_with(b"solid") && contains(first, b"facet"))
+    let mesh = || MeshFormat::recognize(first, length).map(Content::Mesh);
+    what.map(Content::Other).or_else(|| of_xml(first)).or_else(mesh)
 }
 
 /// Returns whether a file is JSON with keys specific to glTF.
@@ -147,20 +144,30 @@ mod tests {
 
     #[test]
     fn foreign_formats_are_known_by_their_bytes() {
-        let binary_stl = [&[b's'; 80][..], &2_u32.to_le_bytes(), &[7; 100]].concat();
         for (bytes, what) in [
             (&b"\x89PNG\r\n\x1a\n\0\0"[..], "a PNG picture"),
             (b"\xff\xd8\xff\xe0", "a JPEG picture"),
             (b"glTF\x02\0\0\0", "a binary glTF model"),
             (b" {\n \"asset\": {\"version\": \"2.0\"}}", "a glTF model"),
-            (b"solid cube\n facet normal 0 0 1\n", "an STL model"),
-            (&binary_stl, "an STL model"),
             (b"P6 1 1 255\nabc", "a PNM picture"),
             (b"BM\x46\0\0\0\0\0\0\0", "a BMP picture"),
             (b"<?xml version='1.0'?>\n<COLLADA>", "a COLLADA model"),
             (b"#VRML V2.0 utf8", "a VRML scene"),
         ] {
             assert_eq!(of(bytes), Some(Content::Other(what)));
+        }
+    }
+
+    #[test]
+    fn meshes_are_known_by_their_bytes() {
+        let binary_stl = [&[b's'; 80][..], &2_u32.to_le_bytes(), &[7; 100]].concat();
+        for (bytes, format) in [
+            (&b"solid cube\n facet normal 0 0 1\n"[..], MeshFormat::Stl),
+            (&binary_stl, MeshFormat::Stl),
+            (b"ply\nformat ascii 1.0\n", MeshFormat::Ply),
+            (b"ply\r\n", MeshFormat::Ply),
+        ] {
+            assert_eq!(of(bytes), Some(Content::Mesh(format)));
         }
     }
 

@@ -1,6 +1,6 @@
 //! Arguments for the meshes of scene files: normals and culling.
 
-use crate::load::obj::Smoothing;
+use crate::load::Smoothing;
 use crate::scene::{Cull, Scene};
 use clap::Args;
 
@@ -10,12 +10,12 @@ const DEFAULT_ANGLE_DEG: f64 = 60.0;
 /// How meshes are read and seen.
 #[derive(Clone, Debug, Args)]
 pub(super) struct MeshArgs {
-    /// Normals of .obj faces that have none: smooth across edges up to an angle (60deg), which smoothing groups of the
+    /// Normals of .obj, .stl and .ply faces that have none: smooth across edges up to an angle (60deg), which smoothing groups of the
     /// file part too, or one for each position index [default: 60deg]
     #[arg(long, value_name = "ANGLEdeg|indices", value_parser = smoothing)]
     pub smooth: Option<Smoothing>,
-    /// Faces that are left out: back, front or none [default: the scene's own; none for open .obj
-    /// surfaces without normals, lit from both sides, back for others]
+    /// Faces that are left out: back, front or none [default: the scene's own; none for open
+    /// surfaces of meshes without normals, lit from both sides, back for others]
     #[arg(long, value_name = "F", value_parser = cull)]
     pub cull: Option<Cull>,
 }

@@ -22,7 +22,7 @@ use std::sync::Arc;
 /// Render a scene file.
 #[derive(Debug, Args)]
 pub struct Render {
-    /// The scene: .x3d, .x3dz, .obj, or .json for N dimensions
+    /// The scene: .x3d, .x3dz, .obj, .stl, .ply, or .json for N dimensions
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
     /// The picture: .png, .ppm or .raw; with --frames a movie too: .gif, .apng, .y4m, or - for y4m on standard output
@@ -123,7 +123,7 @@ impl Render {
             scene_file::read(&self.scene, ReadOptions { root: self.root.as_deref(), meshes: &self.meshes })?;
         if let SceneFile::Eye(scene) = file {
             if self.trace.is_some() {
-                return Err(bad("--trace follows triangles of .obj and .x3d scenes".to_owned()));
+                return Err(bad("--trace follows triangles of scenes in three dimensions".to_owned()));
             }
             let flags = [
                 ("--near", self.near.is_some()),
@@ -134,7 +134,7 @@ impl Render {
             if let Some((flag, _)) = flags.iter().find(|(_, is_given)| *is_given) {
                 let scene = self.scene.display();
                 return Err(bad(format!(
-                    "{flag} is for .obj and .x3d scenes: {scene} is an N-dimensional one"
+                    "{flag} is for scenes in three dimensions: {scene} is an N-dimensional one"
                 )));
             }
             return self.render_eye(&scene);
@@ -175,7 +175,7 @@ impl Render {
     fn scene_at(&self, file: &SceneFile, time: f64, size: FrameSize) -> Scene {
         match file {
             SceneFile::X3d(document) => document.at(time),
-            SceneFile::Obj { geometry, is_open } => {
+            SceneFile::Mesh { geometry, is_open } => {
                 let name = self.scene.file_stem().map(|n| n.to_string_lossy()).unwrap_or_default();
                 let aspect = f64::from(size.width) / f64::from(size.height);
                 Scene::of_mesh(Arc::clone(geometry), &name, aspect, *is_open)

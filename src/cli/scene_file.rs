@@ -1,4 +1,4 @@
-//! Scene files: an X3D document, an OBJ mesh or an N-dimensional scene, read with everything that
+//! Scene files: an X3D document, a mesh or an N-dimensional scene, read with everything that
 //! they refer to.
 
 use super::magic::{self, Content};
@@ -6,7 +6,7 @@ use super::mesh_args::MeshArgs;
 use super::{Status, say_as_program};
 use crate::eye::EyeScene;
 use crate::load::x3d::X3dDocument;
-use crate::load::{self, LoadContext, LoadError, LoadMemory, SandboxDir, path_inside};
+use crate::load::{self, LoadContext, LoadError, LoadMemory, MeshFormat, SandboxDir, path_inside};
 use crate::scene::Geometry;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use std::time::SystemTime;
 /// The contents of a scene file.
 pub(super) enum SceneFile {
     X3d(Box<X3dDocument>),
-    Obj {
+    Mesh {
         geometry: Arc<Geometry>,
         /// True if the back faces can be seen.
         is_open: bool,
@@ -88,7 +88,10 @@ impl Watch {
     }
 }
 
-const ENDINGS: [&str; 4] = ["x3d", "x3dz", "obj", "json"];
+/// Extensions of scene files.
+const ENDINGS: [&str; 6] = ["x3d", "x3dz", "obj", "stl", "ply", "json"];
+/// The same, for messages.
+const EXPECTED: &str = "a scene: .x3d, .x3dz, .obj, .stl, .ply or .json";
 
 /// Options of reading a scene file.
 #[derive(Clone, Copy)]
@@ -110,9 +113,9 @@ fn ending(path: &Path) -> String {
 pub(super) fn is_scene(path: &Path) -> Result<bool, SceneError> {
     let no_file = |e: std::io::Error| SceneError::NoFile(format!("{}: {e}", path.display()));
     match magic::of_path(path).map_err(no_file)? {
-        Some(Content::X3d) => Ok(true),
+        Some(Content::X3d | Content::Mesh(_)) => Ok(true),
         Some(Content::Other(what)) => Err(SceneError::NoFile(format!(
-            "{}: {what}; expected a scene (.x3d, .obj or .json) or a stream of commands",
+            "{}: {what}; expected {EXPECTED}; or a stream of commands",
             path.display()
         ))),
         None => Ok(has_scene_ending(path)),
@@ -167,13 +170,16 @@ fn read_bytes(path: &Path, meshes: &MeshArgs) -> Result<(String, Vec<u8>), Scene
     let no_file = |e: std::io::Error| SceneError::NoFile(format!("{name}: {e}"));
     let ending = match magic::of_path(path).map_err(no_file)? {
         Some(Content::X3d) => "x3d".to_owned(),
+        Some(Content::Mesh(MeshFormat::Stl)) => "stl".to_owned(),
+        Some(Content::Mesh(MeshFormat::Ply)) => "ply".to_owned(),
+        Some(Content::Mesh(MeshFormat::Obj)) => "obj".to_owned(),
         Some(Content::Other(what)) => {
-            return Err(SceneError::NoFile(format!("{name}: {what}; expected a scene: .x3d, .obj or .json")));
+            return Err(SceneError::NoFile(format!("{name}: {what}; expected {EXPECTED}")));
         }
         None => ending(path),
     };
-    if meshes.smooth.is_some() && ending != "obj" {
-        return Err(SceneError::NoFile(format!("--smooth is for .obj meshes: {name} is none")));
+    if meshes.smooth.is_some() && !["obj", "stl", "ply"].contains(&ending.as_str()) {
+        return Err(SceneError::NoFile(format!("--smooth is for .obj, .stl and .ply meshes: {name} is none")));
     }
     let meta = std::fs::metadata(path).map_err(no_file)?;
     if meta.is_dir() {
@@ -186,9 +192,7 @@ fn read_bytes(path: &Path, meshes: &MeshArgs) -> Result<(String, Vec<u8>), Scene
         )));
     }
     if !ENDINGS.contains(&ending.as_str()) {
-        return Err(SceneError::NoFile(format!(
-            "{name}: expected a name that ends in .x3d, .x3dz, .obj or .json"
-        )));
+        return Err(SceneError::NoFile(format!("{name}: expected {EXPECTED}")));
     }
     Ok((ending, std::fs::read(path).map_err(no_file)?))
 }
@@ -221,13 +225,18 @@ pub(super) fn read_watched(
             }
             Ok(SceneFile::X3d(Box::new(document)))
         }
-        "obj" => {
+        "obj" | "stl" | "ply" => {
             let mut beside = |name: &str| inside(&path_inside(&root.own, name)?);
             let memory = &mut LoadMemory::unlimited();
-            let loaded = load::obj::parse_smooth(&bytes, &mut beside, &name, memory, meshes.smoothing());
+            let format = match ending.as_str() {
+                "stl" => MeshFormat::Stl,
+                "ply" => MeshFormat::Ply,
+                _ => MeshFormat::Obj,
+            };
+            let loaded = format.parse(&bytes, &mut beside, &name, memory, meshes.smoothing());
             let loaded = loaded.map_err(refused)?;
             loaded.warnings.iter().for_each(say_as_program);
-            Ok(SceneFile::Obj { geometry: Arc::new(loaded.geometry), is_open: loaded.is_open })
+            Ok(SceneFile::Mesh { geometry: Arc::new(loaded.geometry), is_open: loaded.is_open })
         }
         _ => {
             let scene =

@@ -1,7 +1,9 @@
 //! Files: meshes in, pictures out, and the comparison with golden pictures.
 
 use super::Framebuffer;
-use crate::load::{self, FilePosition, LoadError, LoadErrorKind, SandboxDir, path_inside};
+use crate::load::{
+    self, FilePosition, LoadError, LoadErrorKind, LoadMemory, MeshFormat, SandboxDir, Smoothing, path_inside,
+};
 use crate::save::golden::{self, Tolerance};
 use crate::save::{self, SaveError};
 use crate::scene::Geometry;
@@ -12,7 +14,41 @@ use std::sync::Arc;
 /// Size limit of a mesh file and of each file that it names, in bytes.
 const MAX_FILE_BYTES: u64 = 4 << 30;
 
+/// Reads a file. Returns its name for messages, its bytes, and the function that reads other files
+/// of its folder.
+fn open(path: &Path) -> Result<(String, Vec<u8>, impl FnMut(&str) -> Option<Vec<u8>> + use<>), LoadError> {
+    let name = path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|e| {
+        let kind = match e.kind() {
+            io::ErrorKind::NotFound => LoadErrorKind::Missing { what: "file", name: name.clone() },
+            _ => LoadErrorKind::Undecodable { format: "file", reason: e.to_string() },
+        };
+        LoadError::new(FilePosition::file(name.as_str()), kind)
+    })?;
+    let folder = path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
+    let folder = SandboxDir::open(folder).ok();
+    let beside = move |name: &str| {
+        let inside = path_inside("", name)?;
+        folder.as_ref()?.read(&inside, MAX_FILE_BYTES).ok()
+    };
+    Ok((name, bytes, beside))
+}
+
 impl Framebuffer {
+    /// Reads a mesh from an OBJ, STL or PLY file, which its bytes tell apart (STL and PLY with the
+    /// feature `formats`). The facets of STL files are flat; see [`MeshFormat::parse`] for smooth
+    /// ones.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or has an error.
+    pub fn load_mesh(&self, path: impl AsRef<Path>) -> Result<Arc<Geometry>, LoadError> {
+        let (name, bytes, mut beside) = open(path.as_ref())?;
+        let memory = &mut LoadMemory::unlimited();
+        let loaded =
+            MeshFormat::of(&bytes).parse(&bytes, &mut beside, &name, memory, Smoothing::default())?;
+        Ok(Arc::new(loaded.geometry))
+    }
+
     /// Reads a mesh from an OBJ file, with the materials and textures that it names in its own
     /// folder. Parts that a renderer can do without (a missing texture, an unknown statement) are
     /// left out; [`load::obj::parse`] returns them as warnings.
@@ -20,21 +56,7 @@ impl Framebuffer {
     /// # Errors
     /// If the file cannot be read, or has an error.
     pub fn load_obj(&self, path: impl AsRef<Path>) -> Result<Arc<Geometry>, LoadError> {
-        let path = path.as_ref();
-        let name = path.display().to_string();
-        let refused = |kind| LoadError::new(FilePosition::file(name.as_str()), kind);
-        let bytes = std::fs::read(path).map_err(|e| {
-            refused(match e.kind() {
-                io::ErrorKind::NotFound => LoadErrorKind::Missing { what: "file", name: name.clone() },
-                _ => LoadErrorKind::Undecodable { format: "file", reason: e.to_string() },
-            })
-        })?;
-        let folder = path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
-        let folder = SandboxDir::open(folder).ok();
-        let mut beside = |name: &str| {
-            let inside = path_inside("", name)?;
-            folder.as_ref()?.read(&inside, MAX_FILE_BYTES).ok()
-        };
+        let (name, bytes, mut beside) = open(path.as_ref())?;
         load::obj::parse(&bytes, &mut beside, &name).map(|loaded| Arc::new(loaded.geometry))
     }
 

@@ -13,28 +13,42 @@ pub struct FilePosition {
     pub line: u32,
     /// Column in characters, from 1; 0 stands for the whole line.
     pub column: u32,
+    /// Part of a file that has no lines: a byte offset, or the JSON pointer of a value. Empty for
+    /// the whole file.
+    part: String,
 }
 
 impl FilePosition {
     /// Creates the position of a whole file.
     pub fn file(file: impl Into<String>) -> Self {
-        FilePosition { file: file.into(), line: 0, column: 0 }
+        FilePosition::column(file, 0, 0)
     }
 
     /// Creates the position of a whole line, from 1.
     pub fn line(file: impl Into<String>, line: u32) -> Self {
-        FilePosition { file: file.into(), line, column: 0 }
+        FilePosition::column(file, line, 0)
     }
 
     /// Creates the position of a character: line and column, both from 1.
     pub fn column(file: impl Into<String>, line: u32, column: u32) -> Self {
-        FilePosition { file: file.into(), line, column }
+        FilePosition { file: file.into(), line, column, part: String::new() }
+    }
+
+    /// Creates the position of a byte, from 0.
+    pub fn byte(file: impl Into<String>, offset: u64) -> Self {
+        FilePosition { part: format!(":byte {offset}"), ..FilePosition::file(file) }
+    }
+
+    /// Creates the position of a JSON value by its pointer (RFC 6901), as in `/meshes/0`.
+    pub fn json(file: impl Into<String>, pointer: &str) -> Self {
+        FilePosition { part: format!("#{pointer}"), ..FilePosition::file(file) }
     }
 }
 
 impl fmt::Display for FilePosition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.file)?;
+        f.write_str(&self.part)?;
         match (self.line, self.column) {
             (0, _) => Ok(()),
             (line, 0) => write!(f, ":{line}"),
@@ -186,6 +200,10 @@ mod tests {
         let kind = LoadErrorKind::Missing { what: "texture", name: "a b.png".into() };
         let error = LoadError::new(FilePosition::column("s.x3d", 2, 5), kind);
         assert_eq!(error.to_string(), "s.x3d:2:5: texture \"a b.png\" cannot be found");
+        let kind = LoadErrorKind::TooBig { what: "facets", found: 2, limit: 1 };
+        let error = LoadError::new(FilePosition::byte("a.stl", 80), kind);
+        assert_eq!(error.to_string(), "a.stl:byte 80: facets: 2 is over the limit of 1");
+        assert_eq!(FilePosition::json("a.gltf", "/meshes/0").to_string(), "a.gltf#/meshes/0");
         let warning = LoadWarning { place: FilePosition::file("m"), message: "empty".into() };
         assert_eq!(warning.to_string(), "m: warning: empty");
     }

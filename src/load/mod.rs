@@ -1,4 +1,4 @@
-//! File loading: OBJ, MTL, X3D and pictures to scene data.
+//! File loading: OBJ, MTL, STL, PLY, X3D and pictures to scene data.
 //!
 //! In: the bytes of a file, its name for messages, and a function that returns the files it refers
 //! to. Out: scene data in object space, or a [`LoadError`] with file, line and reason; a
@@ -9,15 +9,23 @@ mod context;
 mod error;
 mod gzip;
 mod memory;
+mod mesh;
 pub mod obj;
 mod polled;
+#[cfg(feature = "formats")]
+pub mod ply;
 mod sandbox_dir;
+mod smooth;
+#[cfg(feature = "formats")]
+pub mod stl;
 pub mod texture;
+mod url;
 pub mod x3d;
 
 pub use context::{LoadContext, path_inside};
 pub use error::{FilePosition, LoadError, LoadErrorKind, LoadWarning};
 pub use memory::LoadMemory;
+pub use mesh::{LoadedMesh, MeshFormat, Smoothing};
 pub use sandbox_dir::{QuotaDir, SandboxDir, SandboxError};
 
 /// Runs a third-party decoder and returns the message of a panic in it as an error.

@@ -76,7 +76,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/meshes")
 }
 
-fn load(path: &Path) -> Result<obj::LoadedObj, fbptr::load::LoadError> {
+fn load(path: &Path) -> Result<fbptr::load::LoadedMesh, fbptr::load::LoadError> {
     let folder = path.parent().expect("a file lies in a folder");
     let name = path.file_name().expect("a file has a name").to_string_lossy();
     obj::parse(&fs::read(path).expect("readable"), &mut |side| fs::read(folder.join(side)).ok(), &name)

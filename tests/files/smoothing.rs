@@ -1,8 +1,7 @@
 //! Generated normals for OBJ files without any, and the pictures drawn with them.
 
 use crate::support::draw;
-use fbptr::load::LoadMemory;
-use fbptr::load::obj::{self, LoadedObj, Smoothing};
+use fbptr::load::{LoadMemory, LoadedMesh, Smoothing, obj};
 use fbptr::scene::{Mesh, NONE, Scene, shapes};
 use glam::DVec3;
 use std::fmt::Write;
@@ -10,7 +9,7 @@ use std::sync::Arc;
 
 const SIXTY: Smoothing = Smoothing::Angle(std::f64::consts::FRAC_PI_3);
 
-fn read(text: &str, smoothing: Smoothing) -> LoadedObj {
+fn read(text: &str, smoothing: Smoothing) -> LoadedMesh {
     let memory = &mut LoadMemory::unlimited();
     obj::parse_smooth(text.as_bytes(), &mut |_| None, "m.obj", memory, smoothing).unwrap()
 }

@@ -8,7 +8,8 @@ mod elements;
 mod vertices;
 
 use super::lines::{Lines, keyword, shown};
-use super::smooth::UNGROUPED;
+use crate::load::mesh::PolygonSizes;
+use crate::load::smooth::UNGROUPED;
 use crate::load::{FilePosition, LoadError, LoadErrorKind, LoadWarning};
 use std::collections::{HashMap, HashSet};
 use std::io::{self, BufRead, Read};
@@ -85,12 +86,6 @@ pub(super) struct Elements {
 /// Most warnings stored per file.
 const MAX_WARNINGS: usize = 100;
 
-/// Limit of the sum, over large polygons, of their corner counts squared: a bound on the time of
-/// ear clipping.
-const MAX_EAR_WORK: u64 = 4_000_000_000;
-/// Corner count up to which the cost of a polygon is negligible.
-const LARGE_POLYGON: u64 = 64;
-
 /// Keywords and names of the three vertex lists.
 const WORD: [&[u8]; 3] = [b"v", b"vt", b"vn"];
 const WHAT: [&str; 3] = ["position", "texture coordinate", "normal"];
@@ -118,8 +113,7 @@ pub(super) struct Lexer<'a> {
     /// Vertices of the whole file.
     totals: [u64; 3],
     has_colors: bool,
-    corner_count: u64,
-    ear_work: u64,
+    sizes: PolygonSizes,
     known_statements: u64,
     first_unknown: Option<(u32, String)>,
     warned: HashSet<String>,
@@ -152,8 +146,7 @@ impl<'a> Lexer<'a> {
             counts: [0; 3],
             totals: [0; 3],
             has_colors: has_colors(bytes),
-            corner_count: 0,
-            ear_work: 0,
+            sizes: PolygonSizes::default(),
             known_statements: 0,
             first_unknown: None,
             warned: HashSet::new(),

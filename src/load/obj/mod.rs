@@ -20,11 +20,11 @@ mod lexer;
 mod lines;
 mod mtl;
 mod placement;
-mod smooth;
 #[cfg(test)]
 mod tests;
 mod through_tobj;
 
+use super::mesh::{LoadedMesh, Smoothing, add_normals};
 use super::{FilePosition, LoadError, LoadErrorKind, LoadMemory, LoadWarning, texture};
 use crate::memory::Reservation;
 use crate::scene::{Geometry, Mesh, NONE, Texture};
@@ -39,35 +39,11 @@ use std::sync::Arc;
 /// read.
 pub type SideFiles<'a> = dyn FnMut(&str) -> Option<Vec<u8>> + 'a;
 
-/// Mesh of an OBJ file, with the materials and textures that were found.
-#[derive(Clone, Debug, Default)]
-pub struct LoadedObj {
-    /// The mesh, and the texture of each of its materials.
-    pub geometry: Geometry,
-    /// Skipped parts, in the file's order.
-    pub warnings: Vec<LoadWarning>,
-    /// True if normals were computed and the surface has an edge with a single face, so that its
-    /// back can be seen.
-    pub is_open: bool,
-}
-
-/// Source of normals for faces that have none in the file.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Smoothing {
-    /// One normal per position index: the mean of the faces' unit normals, computed when the mesh
-    /// is drawn.
-    #[default]
-    Indices,
-    /// Smooth across edges whose faces' normals differ by at most this angle in radians and are in
-    /// the same smoothing group; equal positions are one vertex.
-    Angle(f64),
-}
-
 /// Parses the OBJ file `file_name` from its bytes; MTL files and textures come from `side_files`.
 ///
 /// A missing MTL file, material or texture is a warning. A file without any statement gives an
 /// empty mesh, with a warning.
-pub fn parse(bytes: &[u8], side_files: &mut SideFiles<'_>, file_name: &str) -> Result<LoadedObj, LoadError> {
+pub fn parse(bytes: &[u8], side_files: &mut SideFiles<'_>, file_name: &str) -> Result<LoadedMesh, LoadError> {
     parse_within(bytes, side_files, file_name, &mut LoadMemory::unlimited())
 }
 
@@ -81,7 +57,7 @@ pub fn parse_within(
     side_files: &mut SideFiles<'_>,
     file_name: &str,
     memory: &mut LoadMemory,
-) -> Result<LoadedObj, LoadError> {
+) -> Result<LoadedMesh, LoadError> {
     parse_smooth(bytes, side_files, file_name, memory, Smoothing::Indices)
 }
 
@@ -95,7 +71,7 @@ pub fn parse_smooth(
     file_name: &str,
     memory: &mut LoadMemory,
     smoothing: Smoothing,
-) -> Result<LoadedObj, LoadError> {
+) -> Result<LoadedMesh, LoadError> {
     let refused = |kind| LoadError::new(FilePosition::file(file_name), kind);
     let (bytes, _decoded) = decoded(bytes, memory).map_err(refused)?;
     let bytes = &*bytes;
@@ -128,14 +104,10 @@ pub fn parse_smooth(
     })?;
     place_pictures(&mut geometry.mesh, &placements, memory).map_err(refused)?;
     let lacks_normals = faces.iter().any(|f| f.kind == ElementKind::Face && !f.has_normals);
-    let is_open = match smoothing {
-        Smoothing::Angle(max_angle_rad) if lacks_normals => {
-            let _work = memory.work(smooth::working_bytes(&geometry.mesh)).map_err(refused)?;
-            let polygons = faces.iter().filter(|f| f.kind == ElementKind::Face);
-            let groups: Vec<u32> = polygons.map(|f| f.smoothing_group).collect();
-            smooth::smooth(&mut geometry.mesh, &groups, max_angle_rad)
-        }
-        _ => false,
+    let is_open = lacks_normals && {
+        let polygons = faces.iter().filter(|f| f.kind == ElementKind::Face);
+        let groups: Vec<u32> = polygons.map(|f| f.smoothing_group).collect();
+        add_normals(&mut geometry.mesh, &groups, smoothing, memory).map_err(refused)?
     };
     geometry.mesh.shrink_to_fit();
     memory.reserve_result(geometry.mesh.size_bytes() as u64).map_err(refused)?;
@@ -143,7 +115,7 @@ pub fn parse_smooth(
         let message = "no faces, lines or points: nothing is drawn".into();
         warnings.push(LoadWarning { place: FilePosition::file(file_name), message });
     }
-    Ok(LoadedObj { geometry, warnings, is_open })
+    Ok(LoadedMesh { geometry, warnings, is_open })
 }
 
 /// Applies the texture options of each material to the texture coordinates of its faces.

@@ -7,12 +7,12 @@ use crate::scene::{Corner, LightingModel, Mesh};
 use glam::{DVec2, DVec3, DVec4};
 use proptest::prelude::*;
 
-fn load_with(obj: impl AsRef<[u8]>, files: &[(&str, &[u8])]) -> Result<LoadedObj, LoadError> {
+fn load_with(obj: impl AsRef<[u8]>, files: &[(&str, &[u8])]) -> Result<LoadedMesh, LoadError> {
     let mut find = |name: &str| files.iter().find(|f| f.0 == name).map(|f| f.1.to_vec());
     parse(obj.as_ref(), &mut find, "m.obj")
 }
 
-fn load(obj: impl AsRef<[u8]>) -> LoadedObj {
+fn load(obj: impl AsRef<[u8]>) -> LoadedMesh {
     load_with(obj, &[]).expect("loads")
 }
 
@@ -26,7 +26,7 @@ fn refusal(obj: impl AsRef<[u8]>) -> String {
     error.to_string()
 }
 
-fn warnings(loaded: &LoadedObj) -> Vec<String> {
+fn warnings(loaded: &LoadedMesh) -> Vec<String> {
     loaded.warnings.iter().map(|w| w.to_string()).collect()
 }
 

@@ -51,7 +51,7 @@ mod texture;
 mod time;
 mod units;
 mod unknown;
-mod url;
+use super::url;
 mod validate;
 mod value;
 mod xml;

@@ -12,7 +12,7 @@ use crate::command::{Command, FileKind, MeshSource, Rect};
 use crate::error::{Code, Fault};
 use crate::eye::{self, EyeError, EyeScene};
 use crate::load::x3d::X3dDocument;
-use crate::load::{self, FilePosition, LoadError, LoadMemory, LoadWarning};
+use crate::load::{self, FilePosition, LoadError, LoadMemory, LoadWarning, MeshFormat, Smoothing};
 use crate::memory::{MemoryUse, Reservation};
 use crate::scene::{Geometry, Mesh, Scene, Texture, shapes};
 use crate::server::Session;
@@ -123,7 +123,9 @@ impl Engine {
         Ok(Progress::Job(Job::new(is_small, move |cancel| {
             let memory = memory.until(cancel);
             let made = match (&*source, &mut files) {
-                (MeshSource::Obj(bytes), Some(files)) => Made::mesh_of_obj(bytes, &name, "", files, memory),
+                (MeshSource::Obj(bytes), Some(files)) => {
+                    Made::mesh_of_file(MeshFormat::Obj, bytes, &name, "", files, memory)
+                }
                 (shape, _) => Made::mesh_of_shape(shape, &name, memory),
             };
             let command = Command::Mesh { name: name.clone(), source };
@@ -201,7 +203,8 @@ impl Engine {
             let command = Command::Load { kind, name: name.clone(), path: path.clone() };
             let result = match kind {
                 FileKind::Mesh => {
-                    let made = Made::mesh_of_obj(&bytes, &path, beside, &mut files, memory);
+                    let format = MeshFormat::of(&bytes);
+                    let made = Made::mesh_of_file(format, &bytes, &path, beside, &mut files, memory);
                     JobResult::new(command, made.map(|m| m.named(name)))
                 }
                 FileKind::Texture => {
@@ -409,7 +412,8 @@ impl Made {
         Ok(Made { resource: Resource::Mesh(plain(mesh)), warnings: Vec::new(), memory })
     }
 
-    fn mesh_of_obj(
+    fn mesh_of_file(
+        format: MeshFormat,
         bytes: &[u8],
         file: &str,
         beside: &str,
@@ -417,7 +421,8 @@ impl Made {
         mut memory: JobMemory,
     ) -> Result<Self, Fault> {
         let side_files = &mut |name: &str| files.read_beside(beside, name);
-        let loaded = load::obj::parse_within(bytes, side_files, file, &mut memory.result)?;
+        let smoothing = Smoothing::default();
+        let loaded = format.parse(bytes, side_files, file, &mut memory.result, smoothing)?;
         let resource = Resource::Mesh(Arc::new(loaded.geometry));
         Ok(Made { resource, warnings: loaded.warnings, memory })
     }

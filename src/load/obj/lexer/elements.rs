@@ -1,8 +1,8 @@
 //! Second pass of the line check: elements, their indices and their state (`usemtl`, `s`).
 
-use super::{Element, ElementKind, LARGE_POLYGON, Lexer, MAX_EAR_WORK, WHAT, WORD};
+use super::{Element, ElementKind, Lexer, WHAT, WORD};
 use crate::load::obj::lines::{text, words};
-use crate::load::obj::smooth::UNGROUPED;
+use crate::load::smooth::UNGROUPED;
 use crate::load::{LoadError, LoadErrorKind};
 
 impl Lexer<'_> {
@@ -61,20 +61,7 @@ impl Lexer<'_> {
         if corners.len() < least {
             return Err(self.syntax(expected, arguments));
         }
-        let n = corners.len() as u64;
-        self.corner_count += n;
-        let (found, limit) = (self.corner_count, u64::from(u32::MAX - 1));
-        if found > limit {
-            return Err(self.refuse(LoadErrorKind::TooBig { what: "corners", found, limit }));
-        }
-        if kind == ElementKind::Face && n > LARGE_POLYGON {
-            self.ear_work = self.ear_work.saturating_add(n.saturating_mul(n));
-            let (found, limit) = (self.ear_work, MAX_EAR_WORK);
-            if found > limit {
-                let what = "squared corners of large polygons";
-                return Err(self.refuse(LoadErrorKind::TooBig { what, found, limit }));
-            }
-        }
+        self.sizes.add(corners.len(), kind == ElementKind::Face).map_err(|kind| self.refuse(kind))?;
         // An attribute counts only if all corners of the element have it.
         let mut has = [true; 3];
         for list in 1..3 {

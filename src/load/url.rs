@@ -1,13 +1,13 @@
-//! URLs of Inline and ImageTexture: file names inside the root, and data URIs.
+//! URLs in scene files: file names inside the root, and data URIs.
 
-use crate::load::path_inside;
+use super::path_inside;
 
 /// Returns the file names inside the root that a URL may mean, in order of preference: as written,
 /// without query and fragment, and with %XX decoded. Empty for other schemes, absolute paths, and
 /// paths that lead out of the root.
 ///
 /// `folder` is that of the file that contains the URL: empty, or ending in `/`.
-pub(super) fn local_paths(folder: &str, url: &str) -> Vec<String> {
+pub(crate) fn local_paths(folder: &str, url: &str) -> Vec<String> {
     let url = url.trim();
     if has_scheme(url) {
         return Vec::new();
@@ -24,7 +24,7 @@ pub(super) fn local_paths(folder: &str, url: &str) -> Vec<String> {
 }
 
 /// Returns whether a URL refers to a file outside the root: by `..`, or by an absolute path.
-pub(super) fn is_outside(folder: &str, url: &str) -> bool {
+pub(crate) fn is_outside(folder: &str, url: &str) -> bool {
     let url = url.trim();
     let bare = url.split(['#', '?']).next().unwrap_or("");
     let names_file = !bare.is_empty() && !has_scheme(url) && !bare.ends_with(['/', '\\']);
@@ -40,7 +40,7 @@ fn has_scheme(url: &str) -> bool {
 }
 
 /// Returns the part of a URL after `#`, unless it is empty.
-pub(super) fn fragment(url: &str) -> Option<&str> {
+pub(crate) fn fragment(url: &str) -> Option<&str> {
     url.trim().split_once('#').map(|(_, fragment)| fragment).filter(|f| !f.is_empty())
 }
 
@@ -70,13 +70,13 @@ fn unescape_bytes(text: &str) -> Vec<u8> {
 }
 
 /// Returns whether a URL is a data URI.
-pub(super) fn is_data(url: &str) -> bool {
+pub(crate) fn is_data(url: &str) -> bool {
     url.trim().get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"))
 }
 
 /// Decodes a data URI (`data:image/png;base64,...` or `data:,...`); `None` for other URLs, `Err`
 /// for an invalid one.
-pub(super) fn data(url: &str) -> Option<Result<Vec<u8>, &'static str>> {
+pub(crate) fn data(url: &str) -> Option<Result<Vec<u8>, &'static str>> {
     if !is_data(url) {
         return None;
     }
