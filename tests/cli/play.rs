@@ -509,15 +509,13 @@ fn what_was_probably_meant_is_said() {
 #[test]
 fn files_of_other_formats_are_named_in_one_line() {
     let folder = Folder::new("magic");
-    let stl = [&[0; 80][..], &1_u32.to_le_bytes(), &[0; 50]].concat();
     let png = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\n1 2\n3 4\n";
     for (name, bytes, what) in [
         ("p.png", &png[..], "a PNG picture"),
         ("p.obj", png, "a PNG picture"),
         ("m.gltf", b"{\"asset\": {\"version\": \"2.0\"}}", "a glTF model"),
         ("m.glb", b"glTF\x02\0\0\0\x0c\0\0\0", "a binary glTF model"),
-        ("m.stl", &stl, "an STL model"),
-        ("t.stl", b"solid a\nfacet normal 0 0 1\nendsolid\n", "an STL model"),
+        ("m.fbx", b"Kaydara FBX Binary  \0", "an FBX model"),
     ] {
         let file = folder.file(name, bytes);
         let out = folder.path("o.raw");
@@ -533,20 +531,38 @@ fn files_of_other_formats_are_named_in_one_line() {
             assert!(said.starts_with(&format!("fbptr: {file}: {what}; expected ")), "{said}");
         }
     }
-    // X3D is recognized by its content, whatever the file's name.
-    let scene = folder.file("scene.xml", "<X3D><Scene><Shape><Box/></Shape></Scene></X3D>");
+}
+
+#[test]
+fn scenes_are_known_by_their_content_whatever_their_name() {
+    let folder = Folder::new("content");
     let out = folder.path("o.raw");
-    for arguments in [
-        &["render", &scene, "-o", &out, "--size", "9x9"][..],
-        &["view", &scene, "--headless", "--snap", &out, "--size", "9x9"],
+    let facet: Vec<u8> = [-1_f32, -1.0, 0.0, 1.0, -1.0, 0.0, 0.0, 1.0, 0.0]
+        .iter()
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
+    let stl = [&[0; 80][..], &1_u32.to_le_bytes(), &[0; 12], &facet, &[0; 2]].concat();
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+        property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+        -1 -1 0\n1 -1 0\n0 1 0\n3 0 1 2\n";
+    for (name, bytes) in [
+        ("scene.xml", &b"<X3D><Scene><Shape><Box/></Shape></Scene></X3D>"[..]),
+        ("facet.obj", &stl),
+        ("triangle", ply.as_bytes()),
     ] {
-        let output = run(arguments, b"");
-        assert_eq!((output.status.code(), err(&output)), (Some(0), ""));
-        assert!(std::fs::read(&out).unwrap()[(9 * 4 + 4) * 4] > 50);
+        let scene = folder.file(name, bytes);
+        for arguments in [
+            &["render", &scene, "-o", &out, "--size", "9x9"][..],
+            &["view", &scene, "--headless", "--snap", &out, "--size", "9x9"],
+        ] {
+            let output = run(arguments, b"");
+            assert_eq!((output.status.code(), err(&output)), (Some(0), ""));
+            assert!(std::fs::read(&out).unwrap()[(9 * 4 + 4) * 4] > 50, "{arguments:?}");
+        }
+        let played = run(&["play", &scene, "--headless"], b"");
+        assert_eq!(played.status.code(), Some(2));
+        assert!(err(&played).contains("`fbptr view`"), "{}", err(&played));
     }
-    let played = run(&["play", &scene, "--headless"], b"");
-    assert_eq!(played.status.code(), Some(2));
-    assert!(err(&played).contains("`fbptr view`"), "{}", err(&played));
 }
 
 #[test]
