@@ -283,7 +283,7 @@ impl Serve {
         let mut engine = shut_down(server, why);
         engine.end();
         let status = engine.status();
-        let has_failed = [status.recording, status.shared_file].contains(&OutputState::Failed);
+        let has_failed = status.outputs.iter().any(|output| output.state == OutputState::Failed);
         drop(sampler);
         let is_saved = self.save(&engine, movie);
         Ok(if has_failed || !is_saved { Status::Failed } else { Status::Success })

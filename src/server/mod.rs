@@ -39,7 +39,7 @@ pub use admission::RefusedConnections;
 pub use budget::{Budget, Pace};
 pub use client::Client;
 pub use display::{Display, DisplayObserver, EventSender, PixelInfo, ShownFrame};
-pub use engine::{Dialect, Effect, Engine, OutputState, Status};
+pub use engine::{Dialect, Effect, Engine, OutputState, OutputStatus, Status};
 pub use events::{Input, InputEvent};
 pub use limits::Limits;
 pub use machine_memory::default_memory_bytes;

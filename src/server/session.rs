@@ -164,12 +164,6 @@ impl Session {
         self.stats.clipped += sent as u64 - stored;
     }
 
-    /// Counts a command that was refused before it reached the engine.
-    pub(super) fn count_refused(&mut self) {
-        self.stats.commands += 1;
-        self.stats.errors += 1;
-    }
-
     /// Sets or clears light `index`.
     pub(super) fn set_light(&mut self, index: usize, light: Option<Light>) {
         self.own_lights.insert(index, light);

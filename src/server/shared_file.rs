@@ -7,9 +7,11 @@
 //! before replies are sent, and soon after drawing if there are none. Runs on the render thread. If
 //! the file fails, the sharing ends and the engine continues.
 
-use super::engine::{Event, FrameView, Observer, Occasion, OutputState, PendingRows, PixelRuns, Status};
+use super::engine::{
+    Event, FrameView, Observer, Occasion, OutputState, OutputStatus, PendingRows, PixelRuns,
+};
 use crate::error::Fault;
-use crate::memory::{SharedError, SharedFile, VideoMemory};
+use crate::memory::{SHARED_HEADER_BYTES, SharedError, SharedFile, VideoMemory};
 use std::fmt;
 use std::time::{Duration, Instant};
 
@@ -23,6 +25,13 @@ const LOOK_APART: Duration = Duration::from_millis(4);
 const LOOK_SHARE: u32 = 10;
 
 type OnFailure = Box<dyn FnMut(&SharedError) + Send>;
+
+/// Returns the state of the output: with or without a file, programs learn its layout.
+pub(super) fn output(state: OutputState, memory: &VideoMemory) -> OutputStatus {
+    let figures =
+        vec![("shm_offset", SHARED_HEADER_BYTES as u64), ("shm_stride", memory.stride_bytes() as u64)];
+    OutputStatus { name: "shm", state, figures }
+}
 
 /// Shares an engine's video memory in a file, whose contents the memory takes first.
 pub struct FileSharing {
@@ -152,12 +161,13 @@ impl Observer for FileSharing {
         self.file.as_ref().map(|_| now + LISTEN_EVERY)
     }
 
-    fn status(&self, status: &mut Status) {
-        status.shared_file = match (&self.file, self.has_failed) {
+    fn output(&self, frame: FrameView<'_>) -> Option<OutputStatus> {
+        let state = match (&self.file, self.has_failed) {
             (Some(_), _) => OutputState::On,
             (None, true) => OutputState::Failed,
             (None, false) => OutputState::Off,
         };
+        Some(output(state, frame.memory))
     }
 }
 

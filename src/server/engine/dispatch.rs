@@ -83,6 +83,13 @@ impl Engine {
         self.end_request(session, has_begun, result, &[], replies, start)
     }
 
+    /// Counts a command that was refused before it could be a request: the decoder could not read it.
+    pub(in crate::server) fn count_refused(&mut self, session: &mut Session, is_pixelflut: bool) {
+        session.stats.commands += 1;
+        session.stats.errors += 1;
+        session.has_used_other_verbs |= !is_pixelflut;
+    }
+
     /// Applies the result of a command's job.
     ///
     /// # Errors
@@ -135,18 +142,18 @@ impl Engine {
     fn guarded<T>(&mut self, part: impl FnOnce(&mut Engine) -> Result<T, Fault>) -> Result<T, Fault> {
         // Pixels that it has drawn stay. The memories hold plain numbers, so any state of them is
         // valid.
-        match catch_unwind(AssertUnwindSafe(|| part(self))) {
-            Ok(result) => result,
-            Err(_) => Err(self.note_defect("this command met a defect of the server, and was given up")),
+        match guard(|| part(self)) {
+            Some(result) => result,
+            None => Err(self.note_defect()),
         }
     }
 
     /// Notes that the running request met a defect. Returns its fault.
     #[cold]
-    pub(super) fn note_defect(&mut self, message: &str) -> Fault {
+    pub(super) fn note_defect(&mut self) -> Fault {
         self.has_defect = true;
         self.end_band();
-        Fault::new(Code::Format, message)
+        defect()
     }
 
     /// Panics if a test wants this verb to meet a defect.
@@ -219,6 +226,17 @@ impl Engine {
             Request::Points(packed) => self.points(s, packed).outcome(),
         }
     }
+}
+
+/// Runs a part of a request, on whatever thread. Returns `None` if it panics, which is a defect.
+#[inline]
+pub(super) fn guard<T>(part: impl FnOnce() -> T) -> Option<T> {
+    catch_unwind(AssertUnwindSafe(part)).ok()
+}
+
+/// Returns the fault of a request that met a defect.
+pub(super) fn defect() -> Fault {
+    Fault::new(Code::Format, "this command met a defect of the server, and was given up")
 }
 
 #[cfg(test)]

@@ -1,13 +1,13 @@
 //! A job: the part of a long command that touches neither the video memory nor the session.
 
+use super::dispatch::{defect, guard};
 use super::{Engine, FileReader, Progress};
 use crate::cancel::CancelToken;
 use crate::command::Command;
-use crate::error::{Code, Fault};
+use crate::error::Fault;
 use crate::server::read_files::ReadFile;
 use crate::server::session::Session;
 use std::fmt;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// The part of a job's command that is left to do on the render thread.
 pub(crate) type Apply =
@@ -70,11 +70,7 @@ impl Job {
 
     /// Runs the job; a panic, which is a defect, refuses the command.
     pub(in crate::server) fn run_guarded(self, cancel: &CancelToken) -> JobResult {
-        let refused = |_| {
-            let message = "this command met a defect of the server, and was given up";
-            JobResult::refused(Fault::new(Code::Format, message))
-        };
-        catch_unwind(AssertUnwindSafe(|| self.run(cancel))).unwrap_or_else(refused)
+        guard(|| self.run(cancel)).unwrap_or_else(|| JobResult::refused(defect()))
     }
 }
 

@@ -20,6 +20,7 @@
 //! bytes of draws with and without interruption, live and replayed.
 
 use super::Engine;
+use super::dispatch::guard;
 use super::drawing::Drawing;
 use crate::cancel::CancelToken;
 use crate::error::Fault;
@@ -30,7 +31,7 @@ use crate::server::Session;
 use crate::server::workers::DRAW_STACK_BYTES;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded, unbounded};
 use std::fmt;
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::panic::resume_unwind;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::time::{Duration, Instant};
@@ -128,13 +129,13 @@ impl Task {
         });
         renderer.set_preemption(Preemption::by(borrower.clone()));
         let mut frame = Frame::vacant();
-        let draw = AssertUnwindSafe(|| {
+        let draw = || {
             let Frame { memory, depth, ids } = &mut frame;
             let mut target = Target { memory, depth, depth_format, ids: Some(ids) };
             borrower.acquire(&mut target);
             drawing.run(&mut renderer, &mut target)
-        });
-        let result = catch_unwind(draw).ok();
+        };
+        let result = guard(draw);
         renderer.set_preemption(Preemption::default());
         // If the render thread has gone, nobody needs the result.
         let _ = events.send(Event::Ended(Box::new(Ended { drawing, renderer, frame, result })));
@@ -245,7 +246,7 @@ impl Engine {
                 Ok(Event::Ended(ended)) => return self.end_long_draw(s, *ended),
                 Ok(_) => draw.is_waiting = true,
                 Err(true) => return Ok(false),
-                Err(false) => return Err(self.note_defect(DEFECT)),
+                Err(false) => return Err(self.note_defect()),
             }
         }
         match self.lend(draw, LOAN)? {
@@ -273,14 +274,14 @@ impl Engine {
             }
             Err(mut frame) => {
                 frame.swap_with(&mut self.framebuffer.target());
-                Err(self.note_defect(DEFECT))
+                Err(self.note_defect())
             }
             // The thread has died with the frame, which not even a defect of a draw does.
             Ok(Ok(Event::Wants) | Err(_)) => {
                 if let Ok(memory) = VideoMemory::new(width, height) {
                     self.framebuffer.memory = memory;
                 }
-                Err(self.note_defect(DEFECT))
+                Err(self.note_defect())
             }
         }
     }
@@ -294,7 +295,7 @@ impl Engine {
     /// Completes a draw whose frame is back. Returns `true`.
     fn end_long_draw(&mut self, s: &mut Session, ended: Ended) -> Result<bool, Fault> {
         self.take_back(ended.renderer);
-        let result = ended.result.ok_or_else(|| self.note_defect(DEFECT))?;
+        let result = ended.result.ok_or_else(|| self.note_defect())?;
         self.end_drawing(s, &ended.drawing, result)?;
         Ok(true)
     }
@@ -329,6 +330,3 @@ impl Engine {
         self.framebuffer.count_target();
     }
 }
-
-/// Message of the fault of a draw that met a defect.
-const DEFECT: &str = "this draw met a defect of the server, and was given up";

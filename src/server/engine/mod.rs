@@ -69,7 +69,7 @@ pub use observer::{Event, FrameView, Observer, Occasion, PendingRows, PixelRuns}
 pub(in crate::server) use pieces::Pieces;
 use quotas::Quotas;
 pub use request::Request;
-pub use status::{OutputState, Status};
+pub use status::{OutputState, OutputStatus, Status};
 
 /// Action that the caller must take after a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,6 +123,8 @@ pub struct Engine {
     pub(in crate::server) counters: Counters,
     dialect: Dialect,
     observers: Vec<Box<dyn Observer>>,
+    /// Outputs that `STATS` names without an observer.
+    offered_outputs: Vec<OutputStatus>,
     is_in_pieces: bool,
     /// Set if the running command may be suspended.
     may_suspend: bool,
@@ -214,6 +216,7 @@ impl Engine {
             counters: Counters::default(),
             dialect: Dialect::default(),
             observers: Vec::new(),
+            offered_outputs: Vec::new(),
             is_in_pieces: false,
             may_suspend: false,
             has_defect: false,

@@ -7,7 +7,7 @@
 //! trait alone: `tests/cli/layers/lists.rs` holds that it imports none of them.
 
 use super::request::Request;
-use super::status::Status;
+use super::status::OutputStatus;
 use crate::draw2d::Blend;
 use crate::memory::{DepthMemory, MemoryBudget, VideoMemory};
 use crate::server::read_files::ReadFile;
@@ -49,8 +49,10 @@ pub trait Observer: Any + Debug + Send {
         None
     }
 
-    /// Adds its state to that of the engine.
-    fn status(&self, _status: &mut Status) {}
+    /// Returns the state of its output, if it has one that `STATS` should name.
+    fn output(&self, _frame: FrameView<'_>) -> Option<OutputStatus> {
+        None
+    }
 }
 
 /// The engine's frame at the moment of an event.

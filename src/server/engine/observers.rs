@@ -21,6 +21,11 @@ impl<'a> FrameView<'a> {
 }
 
 impl Engine {
+    /// Returns the frame as observers see it.
+    pub(super) fn frame_view(&self) -> FrameView<'_> {
+        FrameView::of(&self.framebuffer, &self.counters)
+    }
+
     /// Attaches an observer, which is sent all later events.
     pub fn attach(&mut self, observer: impl Observer) {
         let mut observer: Box<dyn Observer> = Box::new(observer);

@@ -8,7 +8,7 @@ use super::{Call, Effect, Engine, Event, Progress};
 use crate::command::{Command, SnapTarget, help_text};
 use crate::error::{Code, Fault};
 use crate::load::QuotaDir;
-use crate::memory::{MemoryBudget, MemoryError, MemoryUse, SHARED_HEADER_BYTES, VideoMemory};
+use crate::memory::{MemoryBudget, MemoryError, MemoryUse, VideoMemory};
 use crate::save::{self, SnapshotFormat};
 use crate::server::Session;
 use crate::server::snapshot_names::is_own_name;
@@ -45,23 +45,23 @@ impl Engine {
     }
 
     /// Runs `STATS`: replies with one line of this connection's counters, the totals, the sizes of
-    /// frame, buffers and resources, the layout of the shared file, and the states of its parts.
+    /// frame, buffers and resources, and the states of the outputs.
     pub(super) fn stats(&self, call: &mut Call<'_>) {
         let s = &*call.session;
         let status = self.status();
         let mut totals = status.totals;
         totals += s.stats - s.counted;
+        let outputs: String = status.outputs.iter().map(|output| output.words() + " ").collect();
         let line = format!(
-            "STATS {} {} queue={} connections={} width={} height={} shm_offset={SHARED_HEADER_BYTES} shm_stride={} \
-             names={} resource_bytes={} shared_names={} shared_bytes={} memory_bytes={} depth_bytes={} \
-             id_bytes={} presents={} auto={} shm={} record={} record_bytes={} record_queue={} snap_bytes={} {} plan={}\n",
+            "STATS {} {} queue={} connections={} width={} height={} names={} resource_bytes={} \
+             shared_names={} shared_bytes={} memory_bytes={} depth_bytes={} id_bytes={} presents={} \
+             auto={} {outputs}snap_bytes={} {} plan={}\n",
             s.stats.words(""),
             totals.words("total_"),
             self.counters.queue_bytes,
             status.connections,
             self.framebuffer.width(),
             self.framebuffer.height(),
-            self.framebuffer.memory.stride_bytes(),
             s.names.len(),
             s.names.size_bytes(),
             self.resources.shared.len(),
@@ -71,10 +71,6 @@ impl Engine {
             status.id_bytes,
             self.counters.frames,
             if self.counters.frozen > 0 { "off" } else { "on" },
-            status.shared_file.word(),
-            status.recording.word(),
-            status.recorded_bytes,
-            status.record_queue_bytes,
             status.snap_bytes,
             memory_words(&self.quotas.budget),
             self.rendering.plan,

@@ -32,8 +32,32 @@ impl OutputState {
     }
 }
 
+/// State of one output, which its observer reports, or whoever offers it while there is none.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct OutputStatus {
+    /// Its name, the key of its state in `STATS`.
+    pub name: &'static str,
+    /// Its state.
+    pub state: OutputState,
+    /// Further values, with their keys in `STATS`.
+    pub figures: Vec<(&'static str, u64)>,
+}
+
+impl OutputStatus {
+    /// Returns the value of a key, 0 if there is none.
+    pub fn figure(&self, key: &str) -> u64 {
+        self.figures.iter().find(|(name, _)| *name == key).map_or(0, |(_, value)| *value)
+    }
+
+    /// Returns the `key=value` words of `STATS`.
+    pub(super) fn words(&self) -> String {
+        let figures = self.figures.iter().map(|(key, value)| format!(" {key}={value}"));
+        format!("{}={}", self.name, self.state.word()) + &figures.collect::<String>()
+    }
+}
+
 /// State of an engine and of its observers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Status {
     /// Counters of all connections, up to the last slice of each.
     pub totals: Stats,
@@ -57,14 +81,24 @@ pub struct Status {
     pub shared_resource_bytes: u64,
     /// Bytes of the files that `SNAP` wrote.
     pub snap_bytes: u64,
-    /// State of the shared file.
-    pub shared_file: OutputState,
-    /// State of the recording.
-    pub recording: OutputState,
-    /// Bytes of the recording that have been written.
-    pub recorded_bytes: u64,
-    /// Bytes of the recording that have not been written.
-    pub record_queue_bytes: u64,
+    /// Outputs that are offered, in that order, then others that observers report.
+    pub outputs: Vec<OutputStatus>,
+}
+
+impl Status {
+    /// Returns the state of the output of this name. One that nobody reports is off.
+    pub fn output(&self, name: &'static str) -> OutputStatus {
+        let found = self.outputs.iter().find(|output| output.name == name);
+        found.cloned().unwrap_or_else(|| OutputStatus { name, ..OutputStatus::default() })
+    }
+
+    /// Puts the state of an output in the place of that of its name.
+    fn set_output(&mut self, output: OutputStatus) {
+        match self.outputs.iter_mut().find(|earlier| earlier.name == output.name) {
+            Some(earlier) => *earlier = output,
+            None => self.outputs.push(output),
+        }
+    }
 }
 
 impl Engine {
@@ -83,9 +117,19 @@ impl Engine {
             memory_used_bytes: self.quotas.budget.used(),
             shared_resource_bytes: self.resources.shared.size_bytes(),
             snap_bytes: self.resources.snap_dir.as_ref().map_or(0, |folder| folder.used_bytes()),
-            ..Status::default()
+            outputs: self.offered_outputs.clone(),
         };
-        self.observers.iter().for_each(|observer| observer.status(&mut status));
+        let frame = self.frame_view();
+        let reported = self.observers.iter().filter_map(|observer| observer.output(frame));
+        reported.for_each(|output| status.set_output(output));
         status
     }
+
+    /// Adds an output to the state that observers may report later. Until then this is its state.
+    pub(in crate::server) fn offer_output(&mut self, output: OutputStatus) {
+        self.offered_outputs.push(output);
+    }
 }
+
+#[cfg(test)]
+mod tests;

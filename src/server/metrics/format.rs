@@ -49,6 +49,7 @@ enum Samples {
 fn families(reading: &Reading) -> Vec<Family> {
     let (m, refused) = (&reading.metrics, &reading.refused);
     let e = &m.engine;
+    let record = e.output("record");
     let counter = |name, help, n| family(name, MetricKind::Counter, help, Samples::One(Value::Whole(n)));
     let gauge = |name, help, n| family(name, MetricKind::Gauge, help, Samples::One(Value::Whole(n)));
     let seconds = |name, help, s: std::time::Duration| {
@@ -65,9 +66,9 @@ fn families(reading: &Reading) -> Vec<Family> {
         ("shared_resources", e.shared_resource_bytes),
         ("private_resources", m.private_resource_bytes),
         ("replies", m.reply_bytes),
-        ("recording_queue", e.record_queue_bytes),
+        ("recording_queue", record.figure("record_queue")),
     ];
-    let recording = OutputState::ALL.map(|(state, name)| (name, u64::from(e.recording == state)));
+    let recording = OutputState::ALL.map(|(state, name)| (name, u64::from(record.state == state)));
     let verbs = Verb::all().iter().zip(&m.verbs).map(|(verb, n)| (verb.name, *n)).collect();
     let refused = vec![
         ("server_full", refused.server_full),
@@ -114,7 +115,7 @@ fn families(reading: &Reading) -> Vec<Family> {
         labeled("fbptr_memory_bytes", MetricKind::Gauge, "Memory by use.", "use", memory),
         gauge("fbptr_memory_limit_bytes", "The memory budget.", e.memory_limit_bytes),
         gauge("fbptr_memory_used_bytes", "Bytes charged to the memory budget.", e.memory_used_bytes),
-        gauge("fbptr_recorded_bytes", "Bytes of the recording in its file.", e.recorded_bytes),
+        gauge("fbptr_recorded_bytes", "Bytes of the recording in its file.", record.figure("record_bytes")),
         gauge("fbptr_snap_files_bytes", "Bytes of the files that SNAP wrote.", e.snap_bytes),
         labeled(
             "fbptr_recording",
@@ -174,6 +175,7 @@ pub(super) fn json(reading: &Reading) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::server::engine::OutputStatus;
     use crate::server::metrics::{Metrics, MetricsBoard};
     use std::time::Instant;
 
@@ -184,7 +186,8 @@ mod tests {
             m.engine.totals.pixels = u64::MAX;
             m.engine.frame_bytes = 12;
             m.verbs[2] = 7;
-            m.engine.recording = OutputState::Failed;
+            m.engine.outputs =
+                vec![OutputStatus { name: "record", state: OutputState::Failed, figures: Vec::new() }];
         };
         assert!(board.update(Instant::now(), fill));
         let reading = board.read();

@@ -35,6 +35,7 @@ mod tests;
 mod writer;
 
 pub use file::RecordFile;
+pub(super) use observe::output;
 pub use recorder::Recorder;
 
 /// First bytes of a recording; the version, a blank and the frame's size follow.

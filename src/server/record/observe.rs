@@ -8,7 +8,7 @@ use super::Recorder;
 use crate::command::{Command, Figure};
 use crate::draw2d::{Blend, Line};
 use crate::memory::{MemoryUse, VideoMemory};
-use crate::server::engine::{Event, FrameView, Observer, OutputState, Request, Status};
+use crate::server::engine::{Event, FrameView, Observer, OutputState, OutputStatus, Request};
 use std::time::Instant;
 
 impl Observer for Recorder {
@@ -31,15 +31,21 @@ impl Observer for Recorder {
         self.next_deadline()
     }
 
-    fn status(&self, status: &mut Status) {
-        status.recording = match self.has_failed() {
+    fn output(&self, _: FrameView<'_>) -> Option<OutputStatus> {
+        let state = match self.has_failed() {
             true => OutputState::Failed,
             false if self.is_open => OutputState::On,
-            false => return,
+            false => return None,
         };
         let stats = self.stats();
-        (status.recorded_bytes, status.record_queue_bytes) = (stats.written_bytes, stats.queued_bytes);
+        Some(output(state, stats.written_bytes, stats.queued_bytes))
     }
+}
+
+/// Returns the state of the output, with its bytes that have been written and those that have not.
+pub(in crate::server) fn output(state: OutputState, written_bytes: u64, queued_bytes: u64) -> OutputStatus {
+    let figures = vec![("record_bytes", written_bytes), ("record_queue", queued_bytes)];
+    OutputStatus { name: "record", state, figures }
 }
 
 impl Recorder {

@@ -89,6 +89,11 @@ impl<'a> CommandExecutor<'a> {
         self.engine.begin(self.session, request, &mut self.out.replies)
     }
 
+    /// Counts a command that is not even a request.
+    pub(super) fn count_refused(&mut self, is_pixelflut: bool) {
+        self.engine.count_refused(self.session, is_pixelflut);
+    }
+
     /// Reports an error, which has been counted already, to the audience.
     pub(super) fn refuse(&mut self, place: StreamPosition, verb: &str, fault: Fault) -> Flow {
         if self.session.reports_errors() {
@@ -279,10 +284,7 @@ impl Sink for CommandExecutor<'_> {
 
     fn error(&mut self, error: StreamError) -> Flow {
         self.flush();
-        if !error.is_pixelflut() {
-            self.session.has_used_other_verbs = true;
-        }
-        self.session.count_refused();
+        self.count_refused(error.is_pixelflut());
         let flow = match (self.session.reports_errors(), self.session.audience) {
             (true, Audience::Connection) => {
                 // The error's own line is used, because its token may not be UTF-8.

@@ -11,7 +11,7 @@ use super::engine::Pieces;
 use super::engine::{Job, JobResult};
 use super::{Audience, Engine, Session};
 use crate::command::{
-    Command, Decoder, EndOfInput, Limits as StreamLimits, Sink, StreamPosition, format_play_error,
+    Command, Decoder, EndOfInput, Limits as StreamLimits, Sink, StreamPosition, Verb, format_play_error,
     format_play_fault,
 };
 use crate::error::Fault;
@@ -268,7 +268,8 @@ impl Stream {
         let flow = match checked {
             Ok(()) => executor.command(command, place),
             Err(fault) => {
-                executor.session.count_refused();
+                let is_pixelflut = Verb::named(command.verb()).is_some_and(Verb::is_pixelflut);
+                executor.count_refused(is_pixelflut);
                 executor.refuse(place, command.verb(), fault)
             }
         };

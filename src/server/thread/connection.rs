@@ -369,7 +369,7 @@ impl Connection {
     /// Ends the connection of a client that speaks another protocol, with one error. None of its
     /// bytes have run.
     fn refuse_foreign(&mut self, foreign: Foreign, engine: &mut Engine, out: &mut Output) -> StreamState {
-        self.stream.session_mut().count_refused();
+        engine.count_refused(self.stream.session_mut(), true);
         engine.counters.foreign_refused += 1;
         out.replies.extend_from_slice(foreign.reply().as_bytes());
         StreamState::Ended

@@ -14,11 +14,12 @@ mod scheduler;
 
 use super::buffer_pool::{BufferPool, POOLED_BUFFER_BYTES};
 use super::client::Client;
-use super::engine::Engine;
+use super::engine::{Engine, OutputState};
 use super::message::{ConnectionSource, Finish, Inbox, Medium, Message, OpenConnection};
 use super::session::Audience;
 use super::transport::{Link, Poller};
 use super::workers::DRAW_STACK_BYTES;
+use super::{record, shared_file};
 use crate::cancel::CancelToken;
 use crate::error::{Code, Fault};
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
@@ -75,6 +76,9 @@ impl RenderThread {
     pub fn start(mut engine: Engine) -> std::io::Result<RenderThread> {
         let cancel = CancelToken::new();
         engine.set_cancel(cancel.clone());
+        let shared_file = shared_file::output(OutputState::Off, engine.memory());
+        engine.offer_output(shared_file);
+        engine.offer_output(record::output(OutputState::Off, 0, 0));
         let (ends, ended) = bounded(0);
         let (sender, messages) = bounded(CHANNEL_ROOM);
         let own_sender = sender.clone();

@@ -276,6 +276,7 @@ pub const SERVER: Edges = &[
             "replay",
             "reply_queue",
             "session",
+            "shared_file",
             "sniff",
             "stream",
             "transport",
