@@ -24,6 +24,12 @@ const EXAMPLES: &[(&str, &str)] = &[
   printf 'CLEAR navy\\nLINE 0 0 99 49 gold\\n' | fbptr play - --size 100x50",
     ),
     (
+        "draw",
+        "  fbptr draw
+  fbptr draw picture.fbs --size 320x200
+  printf 'CIRCLE 32 24 20 gold\\nsnap a.png\\n' | fbptr draw --headless --size 64x48",
+    ),
+    (
         "serve",
         "  fbptr serve --size 640x480
   fbptr serve --listen :1234 --listen :1235 --unix /tmp/fb.sock --headless

@@ -8,6 +8,7 @@
 mod args;
 mod bench;
 mod bytes;
+mod draw;
 mod eye;
 mod help;
 mod interval;
@@ -52,6 +53,8 @@ enum Task {
     Tour(tour::Tour),
     /// Play a stream of commands, in a window or without one
     Play(play::Play),
+    /// Type commands and see them drawn: a prompt beside the window
+    Draw(draw::Draw),
     /// Time fixed workloads, each held to its truth first
     Bench(bench::Bench),
     /// Measure every stage's alternatives for speed and error
@@ -114,6 +117,7 @@ pub fn main() -> ExitCode {
     let status = match cli.command.unwrap_or_else(|| Task::Tour(tour::Tour::default())) {
         Task::Tour(tour) => tour.run(),
         Task::Play(play) => play.run(),
+        Task::Draw(draw) => draw.run(),
         Task::Bench(bench) => bench.run(),
         Task::Report(report) => report.run(),
         Task::Serve(serve) => serve.run(),

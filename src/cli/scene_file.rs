@@ -179,7 +179,9 @@ fn read_bytes(path: &Path, meshes: &MeshArgs) -> Result<(String, Vec<u8>), Scene
         None => ending(path),
     };
     if meshes.smooth.is_some() && !["obj", "stl", "ply"].contains(&ending.as_str()) {
-        return Err(SceneError::NoFile(format!("--smooth is for .obj, .stl and .ply meshes: {name} is none")));
+        return Err(SceneError::NoFile(format!(
+            "--smooth is for .obj, .stl and .ply meshes: {name} is none"
+        )));
     }
     let meta = std::fs::metadata(path).map_err(no_file)?;
     if meta.is_dir() {

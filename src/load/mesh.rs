@@ -117,7 +117,11 @@ impl PolygonSizes {
             self.ear_work = self.ear_work.saturating_add(n.saturating_mul(n));
             let (found, limit) = (self.ear_work, MAX_EAR_WORK);
             if found > limit {
-                return Err(LoadErrorKind::TooBig { what: "squared corners of large polygons", found, limit });
+                return Err(LoadErrorKind::TooBig {
+                    what: "squared corners of large polygons",
+                    found,
+                    limit,
+                });
             }
         }
         Ok(())

@@ -11,9 +11,9 @@ mod gzip;
 mod memory;
 mod mesh;
 pub mod obj;
-mod polled;
 #[cfg(feature = "formats")]
 pub mod ply;
+mod polled;
 mod sandbox_dir;
 mod smooth;
 #[cfg(feature = "formats")]

@@ -106,11 +106,7 @@ fn longest_line(bytes: &[u8]) -> u64 {
 ///
 /// # Errors
 /// If the file is too short for them.
-fn checked_count(
-    bytes: &[u8],
-    file_name: &str,
-    warnings: &mut Vec<LoadWarning>,
-) -> Result<u32, LoadError> {
+fn checked_count(bytes: &[u8], file_name: &str, warnings: &mut Vec<LoadWarning>) -> Result<u32, LoadError> {
     let length = bytes.len() as u64;
     let short = |offset, reason| {
         let kind = LoadErrorKind::Undecodable { format: "STL", reason };
@@ -183,7 +179,8 @@ impl Facets<'_> {
                     memory.check_cancelled().map_err(|kind| LoadError::new(place(), kind))?;
                 }
                 let facet = facet.map_err(failed)?;
-                push(&mut self.mesh, &mut self.sizes, &facet).map_err(|kind| LoadError::new(place(), kind))?;
+                push(&mut self.mesh, &mut self.sizes, &facet)
+                    .map_err(|kind| LoadError::new(place(), kind))?;
             }
         }
         Ok(())

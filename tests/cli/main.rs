@@ -4,8 +4,11 @@
 mod api;
 mod demos;
 mod docs;
+mod draw;
 mod functions;
 mod layers;
 mod movie;
 mod play;
 mod report;
+#[path = "../support/tools.rs"]
+mod tools;

@@ -537,10 +537,8 @@ fn files_of_other_formats_are_named_in_one_line() {
 fn scenes_are_known_by_their_content_whatever_their_name() {
     let folder = Folder::new("content");
     let out = folder.path("o.raw");
-    let facet: Vec<u8> = [-1_f32, -1.0, 0.0, 1.0, -1.0, 0.0, 0.0, 1.0, 0.0]
-        .iter()
-        .flat_map(|x| x.to_le_bytes())
-        .collect();
+    let facet: Vec<u8> =
+        [-1_f32, -1.0, 0.0, 1.0, -1.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|x| x.to_le_bytes()).collect();
     let stl = [&[0; 80][..], &1_u32.to_le_bytes(), &[0; 12], &facet, &[0; 2]].concat();
     let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
         property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\

@@ -123,7 +123,10 @@ fn broken_files_are_refused_with_place_and_reason() {
     for (text, expected) in [
         ("ply\n".to_owned(), "m.ply:1: not a readable PLY: Unexpected end of file"),
         (text("element vertex x\n", ""), "m.ply:4: not a readable PLY: Invalid element count: x"),
-        (text("element vertex 1\nproperty half x\n", ""), "m.ply:5: not a readable PLY: Unknown scalar type: half"),
+        (
+            text("element vertex 1\nproperty half x\n", ""),
+            "m.ply:5: not a readable PLY: Unknown scalar type: half",
+        ),
         (text("property float x\n", ""), "m.ply:4: not a readable PLY: Property without element"),
         (
             text(&vertices, "0 0 0\n"),
@@ -156,7 +159,9 @@ fn broken_files_are_refused_with_place_and_reason() {
     bytes.extend([0; 8]);
     assert_eq!(
         load(&bytes).unwrap_err(),
-        format!("m.ply:byte {start}: not a readable PLY: 1 rows of \"vertex\" need 12 bytes or more, and 8 are left")
+        format!(
+            "m.ply:byte {start}: not a readable PLY: 1 rows of \"vertex\" need 12 bytes or more, and 8 are left"
+        )
     );
     bytes.extend(f32::NAN.to_le_bytes());
     let end = start + 12;

@@ -52,7 +52,8 @@ fn spellings_of_real_programs_are_read() {
     ] {
         assert_eq!(load(&text).map(|l| l.geometry.mesh.triangles.len()), Ok(1), "{text}");
     }
-    let two = load(format!("solid a\n{FACET}endsolid a\nbetween\nsolid b\n{FACET}{FACET}endsolid b\n")).unwrap();
+    let two =
+        load(format!("solid a\n{FACET}endsolid a\nbetween\nsolid b\n{FACET}{FACET}endsolid b\n")).unwrap();
     assert_eq!(two.geometry.mesh.triangles.len(), 3);
     assert_eq!(warnings(&two), ["m.stl:10: warning: text outside of a solid is left out"]);
     let none = load("solid nothing\nendsolid nothing").unwrap();
@@ -109,7 +110,10 @@ fn broken_files_are_refused_with_place_and_reason() {
         assert_eq!(load(bytes).unwrap_err(), expected);
     }
     let long = load([&[0; 80], &1_u32.to_le_bytes()[..], &[0; 60]].concat()).unwrap();
-    assert_eq!(warnings(&long), ["m.stl:byte 134: warning: 10 bytes after the last of 1 facets are left out"]);
+    assert_eq!(
+        warnings(&long),
+        ["m.stl:byte 134: warning: 10 bytes after the last of 1 facets are left out"]
+    );
 }
 
 #[test]

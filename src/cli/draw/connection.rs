@@ -1,0 +1,116 @@
+//! One connection of the prompt to the render thread, over pipes: the protocol as every other
+//! client speaks it, with its errors and limits.
+
+use crate::command::{Reply, Verb};
+use crate::server::Server;
+use std::io::{self, BufRead, BufReader, PipeReader, PipeWriter, Read, Write};
+
+/// A connection that waits for each command to be done.
+pub(super) struct Connection {
+    to: PipeWriter,
+    from: BufReader<PipeReader>,
+    /// Number of the last SYNC.
+    syncs: u64,
+}
+
+/// What the server said to commands.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(super) struct Answers {
+    /// Lines to show: replies, warnings and errors in order, without the errors' places.
+    pub lines: Vec<String>,
+    /// True if a command was refused.
+    pub is_refused: bool,
+    /// True if there was a reply: the command was a question.
+    pub is_reply: bool,
+}
+
+impl Connection {
+    /// Connects to a server.
+    ///
+    /// # Errors
+    /// If the system has no pipe or no thread to give.
+    pub fn open(server: &Server) -> io::Result<Connection> {
+        let (input, to) = io::pipe()?;
+        let (from, output) = io::pipe()?;
+        server.serve_pipe(Box::new(input), Box::new(output), || ())?;
+        let mut connection = Connection { to, from: BufReader::new(from), syncs: 0 };
+        connection.exchange(b"ERRORS report\n")?;
+        Ok(connection)
+    }
+
+    /// Sends whole commands, waits until they are done, and returns the answers.
+    ///
+    /// # Errors
+    /// If the connection has ended.
+    pub fn exchange(&mut self, commands: &[u8]) -> io::Result<Answers> {
+        self.syncs += 1;
+        let end = format!("SYNC prompt{}", self.syncs);
+        let Connection { to, from, .. } = self;
+        std::thread::scope(|scope| {
+            // The answers are read meanwhile: a pipe holds only so many of them.
+            let sent = scope.spawn(|| {
+                to.write_all(commands)?;
+                to.write_all(format!("{end}\n").as_bytes())
+            });
+            let answers = answers(from, &end);
+            sent.join().unwrap_or_else(|_| Err(io::Error::other("the sender ended")))?;
+            answers
+        })
+    }
+}
+
+/// Reads the answers before the line `end`.
+fn answers(from: &mut impl BufRead, end: &str) -> io::Result<Answers> {
+    let mut answers = Answers::default();
+    loop {
+        let mut line = Vec::new();
+        if from.read_until(b'\n', &mut line)? == 0 {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        let line = String::from_utf8_lossy(line.trim_ascii_end()).into_owned();
+        let word = line.split(' ').next().unwrap_or_default();
+        match word {
+            "SYNC" if line == end => return Ok(answers),
+            "ERR" => {
+                answers.is_refused = true;
+                // ERR line byte CODE VERB: message.
+                answers.lines.push(line.splitn(4, ' ').nth(3).unwrap_or(&line).to_owned());
+            }
+            "WARN" => answers.lines.push(line.splitn(4, ' ').nth(3).unwrap_or(&line).to_owned()),
+            // Of `PRESENT wait`, which ends a frame and asks nothing.
+            "EVENT" | "FRAME" => {}
+            _ => {
+                answers.is_reply = true;
+                let bytes = announced_bytes(word, &line);
+                if bytes > 0 {
+                    io::copy(&mut from.take(bytes), &mut io::sink())?;
+                }
+                answers.lines.push(line);
+            }
+        }
+    }
+}
+
+/// Returns the number of bytes that follow a line of a reply.
+fn announced_bytes(word: &str, line: &str) -> u64 {
+    let has_bytes =
+        Verb::find(word.as_bytes()).is_some_and(|v| matches!(v.reply, Reply::Bytes | Reply::ByForm));
+    let announced = line.rsplit(' ').next().and_then(|last| last.strip_prefix(':'));
+    announced.filter(|_| has_bytes).and_then(|digits| digits.parse().ok()).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn answers_end_at_their_own_sync_and_skip_bytes() {
+        let mut said =
+            &b"ERR 3 17 ENUM LINE: a number, got \"x\"\nREAD 0 0 1 1 :4\nSYN\nSYNC a\nSYNC b\nrest"[..];
+        let answers = answers(&mut said, "SYNC b").unwrap();
+        assert_eq!(answers.lines, ["ENUM LINE: a number, got \"x\"", "READ 0 0 1 1 :4", "SYNC a"]);
+        assert!(answers.is_refused && answers.is_reply);
+        assert_eq!(said, b"rest");
+        assert!(super::answers(&mut &b"SYNC b"[..], "SYNC c").is_err());
+    }
+}

@@ -1,0 +1,302 @@
+//! `fbptr draw`: a prompt beside the window. Each line that is typed is drawn at once.
+//!
+//! The prompt is a client like others, see [`connection`]; [`session`] keeps what was typed, so that
+//! it can be taken back and saved. Without a terminal the lines of standard input are taken the
+//! same way, and a refused command makes the exit status 1.
+
+mod connection;
+mod line;
+mod prompt;
+mod session;
+
+use super::render_args::RenderArgs;
+use super::{FrameSize, Status, output, say_as_program};
+use crate::command::Verb;
+use crate::save::{self, SnapshotFormat};
+use crate::server::{Display, DisplayObserver, Engine, Limits, Server};
+use clap::Args;
+use line::{CommandLine, OWN_WORDS, Typed, TypedPayload};
+use prompt::Prompt;
+use session::Session;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+/// Type commands and see them drawn: a prompt beside the window.
+#[derive(Debug, Args)]
+pub struct Draw {
+    /// A stream to go on with
+    #[arg(value_name = "FILE")]
+    file: Option<PathBuf>,
+    /// The frame's size
+    #[arg(long, value_name = "WxH")]
+    size: Option<FrameSize>,
+    /// Open no window
+    #[arg(long)]
+    headless: bool,
+    /// Write the frame at the end: .png, .ppm or .raw
+    #[arg(long, value_name = "OUT")]
+    snap: Option<PathBuf>,
+    #[command(flatten)]
+    drawing: RenderArgs,
+}
+
+/// Largest payload that is read from a file, in bytes.
+const MAX_FILE_BYTES: u64 = 1 << 30;
+
+impl Draw {
+    /// Reads and draws lines until `quit` or the end of the input. Returns the exit status.
+    pub(super) fn run(self) -> Status {
+        match self.draw() {
+            Ok(status) => status,
+            Err(message) => {
+                say_as_program(message);
+                Status::BadArguments
+            }
+        }
+    }
+
+    fn draw(&self) -> Result<Status, String> {
+        if let Some(snap) = &self.snap {
+            SnapshotFormat::of_path(snap).map_err(|e| e.to_string())?;
+        }
+        let stream = match &self.file {
+            Some(path) => read_file(path)?,
+            None => Vec::new(),
+        };
+        let FrameSize { width, height } = self.size.unwrap_or(FrameSize::DEFAULT);
+        let limits = Limits { memory_bytes: self.drawing.memory_bytes(), ..Limits::default() };
+        let mut engine =
+            Engine::with_limits(width, height, limits.for_frame(width, height)).map_err(|e| e.message)?;
+        engine.set_renderer(self.drawing.renderer());
+        let display = self.wants_window().then(|| Display::new(width, height));
+        if let Some(display) = &display {
+            engine.attach(DisplayObserver::new(display.clone()));
+        }
+        let server = Arc::new(Server::start(engine).map_err(|e| format!("no thread to render on: {e}"))?);
+        let (ended, end) = channel();
+        let (shown, on_thread) = (display.clone(), server.clone());
+        let typing = std::thread::Builder::new()
+            .name("prompt".into())
+            .spawn(move || {
+                let status = converse(on_thread, stream);
+                // The window's thread may wait for either.
+                let _ = ended.send(());
+                shown.iter().for_each(|display| display.leave());
+                status
+            })
+            .map_err(|e| format!("no thread to read on: {e}"))?;
+        show(&server, display, &end);
+        let status = typing.join().unwrap_or_else(|_| Err("the prompt ended early".to_owned()))?;
+        let server = Arc::into_inner(server).ok_or("the prompt's connection is still open")?;
+        let engine = server.shut_down(Duration::from_secs(1));
+        match &self.snap {
+            Some(path) => match save::to_path(engine.memory(), path) {
+                Ok(()) => Ok(status),
+                Err(e) => {
+                    say_as_program(e);
+                    Ok(Status::Failed)
+                }
+            },
+            None => Ok(status),
+        }
+    }
+
+    #[cfg(feature = "window")]
+    fn wants_window(&self) -> bool {
+        !self.headless
+    }
+
+    #[cfg(not(feature = "window"))]
+    fn wants_window(&self) -> bool {
+        if !self.headless {
+            say_as_program("built without windows: going on headless");
+        }
+        false
+    }
+}
+
+/// Shows the window on this thread, the main one, until it is closed or the prompt ends; then waits
+/// for the prompt's end.
+#[cfg(feature = "window")]
+fn show(server: &Server, display: Option<Arc<Display>>, end: &Receiver<()>) {
+    if let Some(display) = display {
+        let options = crate::window::Options { title: "fbptr draw".into(), ..Default::default() };
+        let closed = crate::window::run(display, options);
+        server.thread().drop_display();
+        match closed {
+            Err(e) => say_as_program(format_args!("{e}: going on without a window; `snap FILE` saves")),
+            Ok(()) if end.try_recv().is_ok() => return,
+            Ok(()) => say_as_program("the window is closed; `snap FILE` saves the picture, `quit` ends"),
+        }
+    }
+    // An error means that the prompt's thread has ended.
+    let _ = end.recv();
+}
+
+#[cfg(not(feature = "window"))]
+fn show(_: &Server, _: Option<Arc<Display>>, end: &Receiver<()>) {
+    // An error means that the prompt's thread has ended.
+    let _ = end.recv();
+}
+
+/// Reads lines and draws them until `quit` or the end of the input.
+fn converse(server: Arc<Server>, stream: Vec<u8>) -> Result<Status, String> {
+    let broken = |e: std::io::Error| format!("the render thread cannot be reached: {e}");
+    let mut session = Session::new(server).map_err(broken)?;
+    let mut prompt = Prompt::new()?;
+    let is_terminal = std::io::stdin().is_terminal();
+    let mut has_failed = false;
+    if is_terminal {
+        output::print("Type a command, such as LINE 0 0 639 479 red gold; help lists them, quit ends.\n");
+    }
+    if !stream.is_empty() {
+        has_failed |= !say_answers(session.run(stream).map_err(broken)?.lines, false);
+    }
+    loop {
+        prompt.set_names(session.names());
+        let text = match prompt.read("fbptr> ")? {
+            prompt::Typed::Line(text) => text,
+            prompt::Typed::Dropped => continue,
+            prompt::Typed::End => break,
+        };
+        let done = match line::parse(&text) {
+            Ok(Typed::Quit) => break,
+            Ok(Typed::Command(command)) => match with_payload(&command, &mut prompt) {
+                Ok(bytes) => {
+                    let answers = session.run(bytes).map_err(broken)?;
+                    Ok(say_answers(answers.lines, answers.is_refused))
+                }
+                Err(message) => Err(message),
+            },
+            Ok(own) => obey(&own, &mut session).map(|()| true),
+            Err(message) => Err(message),
+        };
+        match done {
+            Ok(is_good) => has_failed |= !is_good,
+            Err(message) => {
+                output::print(format!("{message}\n"));
+                has_failed = true;
+            }
+        }
+    }
+    Ok(if has_failed && !is_terminal { Status::Failed } else { Status::Success })
+}
+
+/// Prints answers, and returns whether nothing was refused.
+fn say_answers(lines: Vec<String>, is_refused: bool) -> bool {
+    for line in lines {
+        output::print(format!("{line}\n"));
+    }
+    !is_refused
+}
+
+/// Does what a word to the prompt itself asks for.
+fn obey(word: &Typed<'_>, session: &mut Session) -> Result<(), String> {
+    let broken = |e: std::io::Error| format!("the render thread cannot be reached: {e}");
+    match word {
+        Typed::Help(None) => {
+            output::print(session.run(b"HELP\n".to_vec()).map_err(broken)?.lines.join("\n") + "\n");
+            output::print("The prompt's own words:\n");
+            for (form, about) in OWN_WORDS {
+                output::print(format!("{form}: {about}\n"));
+            }
+            output::print("A command whose payload is a file ends in < FILE: TEX stone < stone.png\n");
+        }
+        Typed::Help(Some(verb)) => output::print(explain(verb)?),
+        Typed::Undo(count) => match session.undo(*count).map_err(broken)? {
+            0 => return Err("there is nothing to undo".to_owned()),
+            _ => {}
+        },
+        Typed::Redo(count) => match session.redo(*count).map_err(broken)? {
+            0 => return Err("there is nothing to redo".to_owned()),
+            _ => {}
+        },
+        Typed::List => session.list().for_each(|line| output::print(format!("{line}\n"))),
+        Typed::Save(file) => session.save(Path::new(file))?,
+        Typed::Snap(file) => snap(session, Path::new(file))?,
+        Typed::Nothing | Typed::Quit | Typed::Command(_) => {}
+    }
+    Ok(())
+}
+
+/// Writes the picture to a file.
+fn snap(session: &Session, path: &Path) -> Result<(), String> {
+    SnapshotFormat::of_path(path).map_err(|e| e.to_string())?;
+    let picture = session.picture()?;
+    save::to_path(&picture, path).map_err(|e| e.to_string())
+}
+
+/// Returns the forms of a verb, or of the prompt's own word, with an example.
+fn explain(word: &str) -> Result<String, String> {
+    if let Some((form, about)) = OWN_WORDS
+        .iter()
+        .find(|(form, _)| form.split(' ').next().is_some_and(|w| w.eq_ignore_ascii_case(word)))
+    {
+        return Ok(format!("{form}: {about}\n"));
+    }
+    let verb =
+        Verb::find(word.as_bytes()).ok_or_else(|| format!("there is no verb {word}; help lists all"))?;
+    let mut text: String = verb.forms.iter().map(|f| format!("{}: {}\n", f.syntax, f.about)).collect();
+    text.push_str("for example:\n");
+    text.extend(verb.example.lines().map(|line| format!("  {line}\n")));
+    Ok(text)
+}
+
+/// Returns the bytes of a typed command with its payload.
+fn with_payload(command: &CommandLine<'_>, prompt: &mut Prompt) -> Result<Vec<u8>, String> {
+    let mut bytes = command.words.as_bytes().to_vec();
+    match command.payload {
+        TypedPayload::None => bytes.push(b'\n'),
+        TypedPayload::File(file) => {
+            let payload = read_file(Path::new(file))?;
+            bytes.extend_from_slice(format!(" :{}\n", payload.len()).as_bytes());
+            bytes.extend_from_slice(&payload);
+            bytes.push(b'\n');
+        }
+        TypedPayload::Typed(count) => {
+            bytes.push(b'\n');
+            bytes.extend_from_slice(&typed_payload(count, prompt)?);
+            bytes.push(b'\n');
+        }
+    }
+    Ok(bytes)
+}
+
+/// Reads lines until they hold `count` bytes.
+fn typed_payload(count: usize, prompt: &mut Prompt) -> Result<Vec<u8>, String> {
+    let mut lines: Vec<String> = Vec::new();
+    loop {
+        let payload = lines.join("\n");
+        let left = count.saturating_sub(payload.len());
+        if left == 0 {
+            return match payload.len() {
+                length if length == count => Ok(payload.into_bytes()),
+                length => Err(format!(
+                    "the payload has {length} bytes, and :{count} was announced: nothing was drawn"
+                )),
+            };
+        }
+        match prompt.read(&format!("{left} more> "))? {
+            prompt::Typed::Line(line) => lines.push(line),
+            prompt::Typed::Dropped | prompt::Typed::End => {
+                return Err(format!("the payload lacks {left} bytes: nothing was drawn"));
+            }
+        }
+    }
+}
+
+/// Reads a file that is named on the command line or at the prompt.
+fn read_file(path: &Path) -> Result<Vec<u8>, String> {
+    let failed = |e: std::io::Error| format!("{}: {e}", path.display());
+    let file = std::fs::File::open(path).map_err(failed)?;
+    let mut bytes = Vec::new();
+    let mut limited = std::io::Read::take(file, MAX_FILE_BYTES + 1);
+    std::io::Read::read_to_end(&mut limited, &mut bytes).map_err(failed)?;
+    match bytes.len() as u64 > MAX_FILE_BYTES {
+        true => Err(format!("{}: over {MAX_FILE_BYTES} bytes", path.display())),
+        false => Ok(bytes),
+    }
+}

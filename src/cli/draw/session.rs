@@ -1,0 +1,178 @@
+//! What was drawn at the prompt: the commands so far, which can be taken back and saved.
+//!
+//! The picture is always that of the commands listed, in order: `undo` draws all but the last ones
+//! again, on a new connection and a cleared frame. A test compares it with the saved stream, played
+//! from the start.
+
+use super::connection::{Answers, Connection};
+use crate::memory::{DepthFormat, VideoMemory};
+use crate::server::Server;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Commands, and the connection on which they were run.
+pub(super) struct Session {
+    server: Arc<Server>,
+    connection: Connection,
+    /// Commands with their payloads that changed something, in order.
+    steps: Vec<Vec<u8>>,
+    /// Commands that were taken back, the last one first.
+    undone: Vec<Vec<u8>>,
+    /// File that was saved: only this one is overwritten.
+    saved: Option<PathBuf>,
+}
+
+impl Session {
+    /// Begins with the server's cleared frame.
+    ///
+    /// # Errors
+    /// If the system has no pipe or no thread to give.
+    pub fn new(server: Arc<Server>) -> io::Result<Session> {
+        let connection = Connection::open(&server)?;
+        Ok(Session { server, connection, steps: Vec::new(), undone: Vec::new(), saved: None })
+    }
+
+    /// Runs whole commands. They are listed unless they were refused or were questions.
+    ///
+    /// # Errors
+    /// If there is no new connection after the server has closed this one.
+    pub fn run(&mut self, commands: Vec<u8>) -> io::Result<Answers> {
+        let answers = match self.connection.exchange(&commands) {
+            Ok(answers) => answers,
+            // The commands closed it (`ERRORS close` and an error, say); those before are drawn
+            // again.
+            Err(_) => {
+                self.redraw()?;
+                let lines = vec!["the connection was closed by this command, which is left out".to_owned()];
+                return Ok(Answers { lines, is_refused: true, is_reply: false });
+            }
+        };
+        if !answers.is_refused && !answers.is_reply {
+            self.steps.push(commands);
+            self.undone.clear();
+        }
+        Ok(answers)
+    }
+
+    /// Takes back the last `count` commands, and returns how many there were.
+    ///
+    /// # Errors
+    /// If there is no new connection.
+    pub fn undo(&mut self, count: usize) -> io::Result<usize> {
+        let kept = self.steps.len().saturating_sub(count);
+        let taken = self.steps.len() - kept;
+        self.undone.extend(self.steps.drain(kept..).rev());
+        if taken > 0 {
+            self.redraw()?;
+        }
+        Ok(taken)
+    }
+
+    /// Runs the last `count` commands again that were taken back, and returns how many there were.
+    ///
+    /// # Errors
+    /// If the connection has ended.
+    pub fn redo(&mut self, count: usize) -> io::Result<usize> {
+        let count = count.min(self.undone.len());
+        for _ in 0..count {
+            let Some(step) = self.undone.pop() else { break };
+            self.connection.exchange(&step)?;
+            self.steps.push(step);
+        }
+        Ok(count)
+    }
+
+    /// Returns the commands so far, one line each; payloads are left out.
+    pub fn list(&self) -> impl Iterator<Item = std::borrow::Cow<'_, str>> {
+        self.steps.iter().map(|step| {
+            let line = step.split(|b| *b == b'\n').next().unwrap_or_default();
+            String::from_utf8_lossy(line)
+        })
+    }
+
+    /// Returns the commands so far as a stream.
+    pub fn stream(&self) -> Vec<u8> {
+        let mut stream = b"# Drawn with `fbptr draw`; `fbptr play FILE` draws it again.\n".to_vec();
+        for step in &self.steps {
+            stream.extend_from_slice(step);
+        }
+        stream
+    }
+
+    /// Returns a copy of the picture.
+    ///
+    /// # Errors
+    /// A message if the render thread has ended.
+    pub fn picture(&self) -> Result<VideoMemory, String> {
+        self.server.client().snapshot().map_err(|fault| fault.message)
+    }
+
+    /// Writes the commands so far as a stream. A file that this session has not written is kept.
+    ///
+    /// # Errors
+    /// A message if the file exists or cannot be written.
+    pub fn save(&mut self, path: &Path) -> Result<(), String> {
+        let failed = |e: io::Error| format!("{}: {e}", path.display());
+        if self.saved.as_deref() == Some(path) {
+            return std::fs::write(path, self.stream()).map_err(failed);
+        }
+        match std::fs::File::create_new(path) {
+            Ok(mut file) => io::Write::write_all(&mut file, &self.stream()).map_err(failed)?,
+            Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {
+                return Err(format!("{} exists and is kept: save under another name", path.display()));
+            }
+            Err(e) => return Err(failed(e)),
+        }
+        self.saved = Some(path.to_owned());
+        Ok(())
+    }
+
+    /// Draws the listed commands again, on a new connection and a cleared frame.
+    fn redraw(&mut self) -> io::Result<()> {
+        self.connection = Connection::open(&self.server)?;
+        let format = DepthFormat::default().as_str();
+        let mut stream = format!("DEPTH {format}\nCLEAR\n").into_bytes();
+        for name in self.shared_names() {
+            stream.extend_from_slice(format!("FREE {name}\n").as_bytes());
+        }
+        for step in self.steps.iter().filter(|step| !is_pause(step)) {
+            stream.extend_from_slice(step);
+        }
+        self.connection.exchange(&stream).map(drop)
+    }
+
+    /// Returns the shared names of all commands, those taken back included.
+    fn shared_names(&self) -> Vec<String> {
+        let mut names: Vec<String> = self
+            .steps
+            .iter()
+            .chain(&self.undone)
+            .filter_map(|step| step.split(|b| b.is_ascii_whitespace()).find(|word| word.starts_with(b"@")))
+            .map(|name| String::from_utf8_lossy(name).into_owned())
+            .collect();
+        names.sort();
+        names.dedup();
+        names
+    }
+
+    /// Returns the names that the commands have made.
+    pub fn names(&self) -> Vec<String> {
+        const MAKERS: [&[u8]; 5] = [b"MESH", b"TEX", b"EYE", b"LOAD", b"CANVAS"];
+        let mut names = Vec::new();
+        for step in &self.steps {
+            let mut words = step.split(|b| b.is_ascii_whitespace());
+            let verb = words.next().unwrap_or_default();
+            let skipped = usize::from(verb.eq_ignore_ascii_case(b"LOAD"));
+            if MAKERS.iter().any(|maker| verb.eq_ignore_ascii_case(maker)) {
+                names.extend(words.nth(skipped).map(|name| String::from_utf8_lossy(name).into_owned()));
+            }
+        }
+        names
+    }
+}
+
+/// Returns whether a command only waits.
+fn is_pause(step: &[u8]) -> bool {
+    step.get(..5).is_some_and(|start| start.eq_ignore_ascii_case(b"WAIT "))
+}
