@@ -214,6 +214,22 @@ fn the_readmes_first_command_makes_the_movie_at_its_top() {
 }
 
 #[test]
+fn the_readmes_numbers_of_a_pixel_are_those_that_the_trace_prints() {
+    let page = std::fs::read_to_string(root().join("README.md")).expect("there is a page");
+    let shown = page.split("```text\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a block");
+    let stream = root().join("demos/ball.fbs");
+    let arguments = ["--headless", "--size", "64x48", "--trace", "36,20"];
+    let output = Command::new(env!("CARGO_BIN_EXE_fbptr")).arg("play").arg(stream).args(arguments).output();
+    let output = output.expect("it starts");
+    let printed = String::from_utf8_lossy(&output.stdout);
+    let mut lines = printed.lines();
+    for line in shown.lines() {
+        assert!(lines.any(|printed| printed == line), "not printed, or not in this order: {line}");
+    }
+    assert!(output.status.success() && shown.lines().count() > 8);
+}
+
+#[test]
 fn the_tour_goes_from_one_pixel_to_the_phong_teapot() {
     let tour = root().join("demos/tour.fbs");
     let (last, output) = play(&tour, "tour");
