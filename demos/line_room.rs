@@ -9,7 +9,7 @@ use common::{Motion, show};
 use fbptr::command::Command;
 use fbptr::eye::shapes::{DemoScene, PALETTE, cross_polytope, cube};
 use fbptr::eye::{self, EyeLightKind, EyeScene, Falloff, Pose, Rotation};
-use fbptr::server::InputEvent;
+use fbptr::input::InputEvent;
 use std::collections::BTreeSet;
 use std::process::ExitCode;
 

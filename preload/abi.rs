@@ -16,11 +16,30 @@ unsafe extern "C" {
     pub fn getpeername(fd: c_int, address: *mut c_void, len: *mut c_uint) -> c_int;
     pub fn send(fd: c_int, bytes: *const c_void, len: usize, flags: c_int) -> isize;
     pub fn memfd_create(name: *const c_char, flags: c_uint) -> c_int;
-    pub fn lseek(fd: c_int, offset: i64, whence: c_int) -> i64;
     pub fn flock(fd: c_int, operation: c_int) -> c_int;
     pub fn getuid() -> c_uint;
     pub fn getgid() -> c_uint;
+    pub fn getpid() -> c_int;
     pub fn fdopen(fd: c_int, mode: *const c_char) -> *mut c_void;
+    pub fn fileno(stream: *mut c_void) -> c_int;
+    pub fn dirfd(stream: *mut c_void) -> c_int;
+    pub fn dup3(from: c_int, to: c_int, flags: c_int) -> c_int;
+    pub fn read(fd: c_int, bytes: *mut c_void, len: usize) -> isize;
+    pub fn pread(fd: c_int, bytes: *mut c_void, len: usize, offset: i64) -> isize;
+    pub fn getxattr(path: *const c_char, name: *const c_char, value: *mut c_void, len: usize) -> isize;
+    pub fn geteuid() -> c_uint;
+    pub fn getegid() -> c_uint;
+    pub fn clock_gettime(clock: c_int, time: *mut Timespec) -> c_int;
+    pub fn malloc(len: usize) -> *mut c_void;
+    pub fn realloc(memory: *mut c_void, len: usize) -> *mut c_void;
+    pub fn free(memory: *mut c_void);
+    pub fn strdup(text: *const c_char) -> *mut c_char;
+    pub fn qsort(
+        memory: *mut c_void,
+        count: usize,
+        size: usize,
+        compare: unsafe extern "C" fn(*const c_void, *const c_void) -> c_int,
+    );
 }
 
 /// Returns the next function of this name after this library's own, of the type that the caller
@@ -42,6 +61,41 @@ macro_rules! next {
 }
 pub(crate) use next;
 
+/// Calls the C library's `openat`.
+///
+/// # Safety
+/// As for the C library's function.
+pub unsafe fn next_openat(folder: c_int, path: *const c_char, flags: c_int) -> c_int {
+    type Next = unsafe extern "C" fn(c_int, *const c_char, c_int, c_int) -> c_int;
+    match next!("openat", as Next) {
+        // SAFETY: the arguments are the caller's.
+        Some(next) => unsafe { next(folder, path, flags, 0) },
+        None => fail(ENOSYS),
+    }
+}
+
+/// Calls the C library's `readlinkat`.
+///
+/// # Safety
+/// As for the C library's function.
+pub unsafe fn next_readlinkat(folder: c_int, path: *const c_char, bytes: *mut c_char, len: usize) -> isize {
+    type Next = unsafe extern "C" fn(c_int, *const c_char, *mut c_char, usize) -> isize;
+    match next!("readlinkat", as Next) {
+        // SAFETY: the arguments are the caller's.
+        Some(next) => unsafe { next(folder, path, bytes, len) },
+        None => fail(ENOSYS) as isize,
+    }
+}
+
+/// Calls the C library's `lseek`.
+pub fn next_lseek(fd: c_int, offset: i64, whence: c_int) -> i64 {
+    match next!("lseek", as unsafe extern "C" fn(c_int, i64, c_int) -> i64) {
+        // SAFETY: a call without pointers.
+        Some(next) => unsafe { next(fd, offset, whence) },
+        None => fail(ENOSYS).into(),
+    }
+}
+
 pub const AT_FDCWD: c_int = -100;
 pub const AT_EMPTY_PATH: c_int = 0x1000;
 
@@ -51,6 +105,7 @@ pub const O_CREAT: c_int = 0o100;
 pub const O_EXCL: c_int = 0o200;
 pub const O_NONBLOCK: c_int = 0o4000;
 pub const O_CLOEXEC: c_int = 0o2000000;
+pub const O_PATH: c_int = 0o10000000;
 #[cfg(target_arch = "x86_64")]
 pub const O_DIRECTORY: c_int = 0o200000;
 #[cfg(not(target_arch = "x86_64"))]
@@ -58,15 +113,20 @@ pub const O_DIRECTORY: c_int = 0o40000;
 
 pub const EPERM: c_int = 1;
 pub const ENOENT: c_int = 2;
+pub const EINTR: c_int = 4;
+pub const E2BIG: c_int = 7;
+pub const ENOMEM: c_int = 12;
 pub const EACCES: c_int = 13;
 pub const EFAULT: c_int = 14;
 pub const EEXIST: c_int = 17;
 pub const ENODEV: c_int = 19;
 pub const ENOTDIR: c_int = 20;
+pub const EISDIR: c_int = 21;
 pub const EINVAL: c_int = 22;
 pub const ENOTTY: c_int = 25;
 pub const EFBIG: c_int = 27;
 pub const ENOSPC: c_int = 28;
+pub const ERANGE: c_int = 34;
 pub const ENOSYS: c_int = 38;
 pub const ETIMEDOUT: c_int = 110;
 
@@ -78,6 +138,8 @@ pub const S_IFSOCK: u32 = 0o140000;
 
 pub const SEEK_SET: c_int = 0;
 pub const SEEK_CUR: c_int = 1;
+pub const SEEK_END: c_int = 2;
+pub const CLOCK_MONOTONIC: c_int = 1;
 pub const LOCK_EX: c_int = 2;
 pub const MAP_SHARED: c_int = 1;
 pub const PROT_READ_WRITE: c_int = 3;
@@ -87,23 +149,58 @@ pub const MSG_NOSIGNAL: c_int = 0x4000;
 pub const MFD_CLOEXEC: c_uint = 1;
 pub const FUTEX_WAIT: c_long = 0;
 
+/// Numbers of system calls.
 #[cfg(target_arch = "x86_64")]
 mod numbers {
     use core::ffi::c_long;
+    pub const SYS_WRITE: c_long = 1;
     pub const SYS_OPEN: c_long = 2;
+    pub const SYS_STAT: c_long = 4;
+    pub const SYS_FSTAT: c_long = 5;
+    pub const SYS_LSTAT: c_long = 6;
+    pub const SYS_LSEEK: c_long = 8;
+    pub const SYS_MMAP: c_long = 9;
     pub const SYS_IOCTL: c_long = 16;
+    pub const SYS_PWRITE: c_long = 18;
+    pub const SYS_ACCESS: c_long = 21;
+    pub const SYS_MREMAP: c_long = 25;
+    pub const SYS_EXECVE: c_long = 59;
+    pub const SYS_FTRUNCATE: c_long = 77;
+    pub const SYS_CHDIR: c_long = 80;
+    pub const SYS_CREAT: c_long = 85;
     pub const SYS_FUTEX: c_long = 202;
     pub const SYS_OPENAT: c_long = 257;
+    pub const SYS_FSTATAT: c_long = 262;
+    pub const SYS_FACCESSAT: c_long = 269;
 }
+/// Numbers of system calls; -1 for those that there are not.
 #[cfg(not(target_arch = "x86_64"))]
 mod numbers {
     use core::ffi::c_long;
-    /// There is no such call.
     pub const SYS_OPEN: c_long = -1;
+    pub const SYS_STAT: c_long = -2;
+    pub const SYS_LSTAT: c_long = -3;
+    pub const SYS_ACCESS: c_long = -4;
+    pub const SYS_CREAT: c_long = -5;
     pub const SYS_IOCTL: c_long = 29;
-    pub const SYS_FUTEX: c_long = 98;
+    pub const SYS_FTRUNCATE: c_long = 46;
+    pub const SYS_FACCESSAT: c_long = 48;
+    pub const SYS_CHDIR: c_long = 49;
     pub const SYS_OPENAT: c_long = 56;
+    pub const SYS_LSEEK: c_long = 62;
+    pub const SYS_WRITE: c_long = 64;
+    pub const SYS_PWRITE: c_long = 68;
+    pub const SYS_FSTATAT: c_long = 79;
+    pub const SYS_FSTAT: c_long = 80;
+    pub const SYS_FUTEX: c_long = 98;
+    pub const SYS_MREMAP: c_long = 216;
+    pub const SYS_EXECVE: c_long = 221;
+    pub const SYS_MMAP: c_long = 222;
 }
+/// Numbers that all machines share.
+pub const SYS_STATX: c_long = if cfg!(target_arch = "x86_64") { 332 } else { 291 };
+pub const SYS_OPENAT2: c_long = 437;
+pub const SYS_FACCESSAT2: c_long = 439;
 pub use numbers::*;
 
 /// `struct stat`.

@@ -2,6 +2,7 @@
 //! page.
 
 use crate::abi::{self, Stat, fail, next, set_errno};
+use crate::elf::Unserved;
 use crate::layout as at;
 use crate::mode::{DeviceLimits, Var};
 use crate::text::{Text, numbers};
@@ -161,7 +162,8 @@ impl Device {
         text
     }
 
-    fn open_number(&self, number: u64, flags: c_int) -> c_int {
+    /// Opens a descriptor of the program `fbptr`.
+    pub fn open_number(&self, number: u64, flags: c_int) -> c_int {
         let mut path = self.descriptors();
         path.number(number);
         let Some(open) = next!("open", as Open) else { return fail(abi::ENOSYS) };
@@ -207,8 +209,9 @@ impl Device {
     pub fn exclusively<T>(&self, action: impl FnOnce() -> T) -> T {
         let fd = self.open_control();
         if fd >= 0 {
-            // SAFETY: the descriptor is ours. A lock that cannot be had is done without.
-            unsafe { abi::flock(fd, abi::LOCK_EX) };
+            // SAFETY: the descriptor is ours. A lock that cannot be had is done without; a signal is
+            // no reason for that.
+            while unsafe { abi::flock(fd, abi::LOCK_EX) } != 0 && abi::errno() == abi::EINTR {}
         }
         let result = action();
         if fd >= 0 {
@@ -261,34 +264,48 @@ impl Device {
     pub fn pan(&self, xoffset: u32, yoffset: u32) {
         self.long(at::PAN_AT).store(u64::from(xoffset) | u64::from(yoffset) << 32, Ordering::Release);
         let mine = self.word(at::PANS_AT).fetch_add(1, Ordering::AcqRel).wrapping_add(1);
-        let taken = self.word(at::PANS_TAKEN_AT);
-        for _ in 0..WAITS {
-            let seen = taken.load(Ordering::Acquire);
-            if seen.wrapping_sub(mine) as i32 >= 0 || !self.is_alive() {
-                return;
-            }
-            wait(taken, seen);
-        }
+        self.wait_until(at::PANS_TAKEN_AT, |taken| taken.wrapping_sub(mine) as i32 >= 0);
     }
 
     /// Waits for the next vertical blank. Returns whether it came.
     pub fn wait_for_vsync(&self) -> bool {
-        let count = self.word(at::VSYNC_AT);
-        let seen = count.load(Ordering::Acquire);
-        for _ in 0..WAITS {
-            if !self.is_alive() {
-                return false;
-            }
-            wait(count, seen);
-            if count.load(Ordering::Acquire) != seen {
+        let seen = self.word(at::VSYNC_AT).load(Ordering::Acquire);
+        self.wait_until(at::VSYNC_AT, |count| count != seen)
+    }
+
+    /// Waits until `is_over` holds for a word. Returns false if the device has ended before, or has
+    /// not moved for [`PATIENCE`]. Signals wake the thread early, which does not shorten the wait.
+    fn wait_until(&self, offset: usize, is_over: impl Fn(u32) -> bool) -> bool {
+        let (word, deadline) = (self.word(offset), nanoseconds() + PATIENCE);
+        loop {
+            let seen = word.load(Ordering::Acquire);
+            if is_over(seen) {
                 return true;
             }
+            let rest = deadline - nanoseconds();
+            if rest <= 0 || !self.is_alive() {
+                return false;
+            }
+            wait(word, seen, rest.min(LOOK));
         }
-        false
     }
 
     fn is_alive(&self) -> bool {
         self.word(at::ENDED_AT).load(Ordering::Acquire) == 0
+    }
+
+    /// Notes a program that was started and cannot have the device.
+    pub fn tell(&self, why: Unserved, path: &[u8]) {
+        let path = &path[..path.len().min(at::TEXT_BYTES - 8)];
+        let number = self.word(at::TOLD_AT).fetch_add(1, Ordering::AcqRel) as usize;
+        let start = at::TEXTS_AT + number % at::TEXTS * at::TEXT_BYTES;
+        self.long(start).store(0, Ordering::Release);
+        for (i, bytes) in path.chunks(8).enumerate() {
+            let mut word = [0; 8];
+            word[..bytes.len()].copy_from_slice(bytes);
+            self.long(start + 8 + i * 8).store(u64::from_le_bytes(word), Ordering::Relaxed);
+        }
+        self.long(start).store((why as u64) << 32 | path.len() as u64, Ordering::Release);
     }
 
     /// Notes a refused request, for `--verbose`: `device` is an index of [`at::LOG_DEVICES`].
@@ -299,12 +316,23 @@ impl Device {
     }
 }
 
-/// Waits of a tenth of a second after which nobody waits for the scan-out any longer.
-const WAITS: u32 = 20;
+/// Nanoseconds after which nobody waits for the scan-out any longer.
+const PATIENCE: i64 = 2_000_000_000;
+/// Nanoseconds after which a waiting thread looks whether the device has ended.
+const LOOK: i64 = 100_000_000;
 
-/// Waits for a tenth of a second at most while the word is `seen`.
-fn wait(word: &AtomicU32, seen: u32) {
-    let timeout = abi::Timespec { seconds: 0, nanoseconds: 100_000_000 };
+/// Returns the time of the monotonic clock in nanoseconds.
+fn nanoseconds() -> i64 {
+    let mut time = abi::Timespec { seconds: 0, nanoseconds: 0 };
+    // SAFETY: the time is valid for writing; this clock is always there.
+    unsafe { abi::clock_gettime(abi::CLOCK_MONOTONIC, &mut time) };
+    time.seconds * 1_000_000_000 + time.nanoseconds
+}
+
+/// Waits while the word is `seen`, for so many nanoseconds at most, less than a second; a signal
+/// ends the wait, too.
+fn wait(word: &AtomicU32, seen: u32, nanoseconds: i64) {
+    let timeout = abi::Timespec { seconds: 0, nanoseconds };
     let Some(syscall) = next!("syscall", as Syscall) else { return };
     let saved = abi::errno();
     // SAFETY: the word and the time are valid for the call; other wake-ups are harmless.

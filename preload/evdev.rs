@@ -64,8 +64,10 @@ pub unsafe fn request(
             0x07 => give(PLACES[index]),
             0x08 => give(b"\0"),
             0x09 => give(&[0; 8][..len.min(8)]),
-            // EVIOCGKEY, EVIOCGLED, EVIOCGSND, EVIOCGSW: nothing is held
-            0x18..=0x1b => {
+            // EVIOCGKEY
+            0x18 => give(&held(device, index)),
+            // EVIOCGLED, EVIOCGSND, EVIOCGSW: none
+            0x19..=0x1b => {
                 ptr::write_bytes(argument.cast::<u8>(), 0, len);
                 Ok(len as c_int)
             }
@@ -122,6 +124,18 @@ fn capabilities(index: usize, kind: u32) -> [u8; 96] {
         (1, EV_REL) => REL_WHEELS.into_iter().for_each(set),
         (1, EV_ABS) => (0..2).for_each(set),
         _ => {}
+    }
+    bits
+}
+
+/// Returns the bits of the keys or buttons that are held.
+fn held(device: &Device, index: usize) -> [u8; at::HELD_BYTES] {
+    let mut bits = capabilities(index, EV_KEY);
+    for (i, bytes) in bits.chunks_mut(4).enumerate() {
+        let word = device.word(at::HELD_AT + i * 4).load(Ordering::Relaxed);
+        for (byte, held) in bytes.iter_mut().zip(word.to_le_bytes()) {
+            *byte &= held;
+        }
     }
     bits
 }

@@ -1,13 +1,13 @@
 //! Starting other programs: what an environment lacks of the device is added to it, so that
-//! programs that clear it (`env -i`, `clearenv`) keep the device.
-//!
-//! `execl`, `execle` and `execlp` cannot be written here, because their arguments have no fixed
-//! number; those that take the environment of the process have what [`clearenv`] leaves in it.
+//! programs that clear it (`env -i`, `clearenv`) keep the device. A program into which no library
+//! can be preloaded is told of.
 
 use crate::abi::{self, fail, next};
 use crate::device::{Device, device};
 use crate::layout::ENVIRONMENT;
+use crate::paths::ROOM as PATH_ROOM;
 use crate::text::Text;
+use crate::unserved::{self, Program};
 use core::ffi::{CStr, c_char, c_int, c_void};
 use core::ptr;
 
@@ -20,7 +20,7 @@ const PRELOAD_ROOM: usize = 1024;
 const PRELOAD: &[u8] = b"LD_PRELOAD=";
 
 /// A vector of C strings that ends with a null pointer.
-type Words = *const *const c_char;
+pub type Words = *const *const c_char;
 
 /// Calls `start` with an environment in which the device is found.
 ///
@@ -89,7 +89,9 @@ unsafe fn word<'a>(words: Words, at: usize) -> Option<&'a [u8]> {
 
 /// Defines functions that start a program with a given environment.
 macro_rules! starts {
-    ($($name:ident($($before:ident: $kind:ty),*; environment $(, $after:ident: $after_kind:ty)?);)*) => {$(
+    ($(
+        $name:ident($($before:ident: $kind:ty),*; environment $(, $after:ident: $after_kind:ty)?) of $program:expr;
+    )*) => {$(
         /// Starts a program, with the device in its environment.
         ///
         /// # Safety
@@ -100,6 +102,8 @@ macro_rules! starts {
         ) -> c_int {
             type Next = unsafe extern "C" fn($($kind,)* Words $(, $after_kind)?) -> c_int;
             let Some(next) = next!(stringify!($name), as Next) else { return fail(abi::ENOSYS) };
+            // SAFETY: the caller passes C strings.
+            unsafe { unserved::tell($program) };
             // SAFETY: the arguments are the caller's; the environment is valid during the call.
             unsafe { with_device(environment, |environment| next($($before,)* environment $(, $after)?)) }
         }
@@ -107,18 +111,19 @@ macro_rules! starts {
 }
 
 starts! {
-    execve(path: *const c_char, words: Words; environment);
-    execvpe(path: *const c_char, words: Words; environment);
-    fexecve(fd: c_int, words: Words; environment);
-    execveat(folder: c_int, path: *const c_char, words: Words; environment, flags: c_int);
+    execve(path: *const c_char, words: Words; environment) of Program::Path(abi::AT_FDCWD, path);
+    execvpe(path: *const c_char, words: Words; environment) of Program::Name(path);
+    fexecve(fd: c_int, words: Words; environment) of Program::Descriptor(fd);
+    execveat(folder: c_int, path: *const c_char, words: Words; environment, flags: c_int)
+        of Program::Path(folder, path);
     posix_spawn(
         pid: *mut c_int, path: *const c_char, actions: *const c_void, attributes: *const c_void, words: Words;
         environment
-    );
+    ) of Program::Path(abi::AT_FDCWD, path);
     posix_spawnp(
         pid: *mut c_int, path: *const c_char, actions: *const c_void, attributes: *const c_void, words: Words;
         environment
-    );
+    ) of Program::Name(path);
 }
 
 /// Starts a program with the environment of this process.
@@ -141,6 +146,33 @@ pub unsafe extern "C" fn execvp(path: *const c_char, words: Words) -> c_int {
     unsafe { execvpe(path, words, abi::environ) }
 }
 
+/// Puts the device's variables back into the environment of this process.
+fn restore() {
+    if let Some((device, library)) =
+        device().and_then(|device: Device| Some((device, device.library_path()?)))
+    {
+        let value = device.value();
+        // SAFETY: names and values are C strings, which are copied. A system without memory for them
+        // leaves the device out.
+        unsafe {
+            abi::setenv(c"FBPTR_RUN".as_ptr(), value.as_ptr(), 1);
+            let preloaded = abi::getenv(c"LD_PRELOAD".as_ptr());
+            let mut text = Text::<PATH_ROOM>::new();
+            text.push(library.as_bytes());
+            if !preloaded.is_null() {
+                let others = CStr::from_ptr(preloaded).to_bytes();
+                if others.windows(library.as_bytes().len()).any(|part| part == library.as_bytes()) {
+                    return;
+                }
+                if !others.is_empty() && others.len() + text.as_bytes().len() + 2 < PATH_ROOM {
+                    text.push(b":").push(others);
+                }
+            }
+            abi::setenv(c"LD_PRELOAD".as_ptr(), text.as_ptr(), 1);
+        }
+    }
+}
+
 /// Clears the environment but for the device.
 ///
 /// # Safety
@@ -150,16 +182,35 @@ pub unsafe extern "C" fn clearenv() -> c_int {
     let Some(next) = next!("clearenv", as unsafe extern "C" fn() -> c_int) else { return fail(abi::ENOSYS) };
     // SAFETY: as the caller's.
     let result = unsafe { next() };
-    if let Some((device, library)) =
-        device().and_then(|device: Device| Some((device, device.library_path()?)))
-    {
-        let value = device.value();
-        // SAFETY: names and values are C strings, which are copied. A system without memory for them
-        // leaves the device out.
-        unsafe {
-            abi::setenv(c"FBPTR_RUN".as_ptr(), value.as_ptr(), 1);
-            abi::setenv(c"LD_PRELOAD".as_ptr(), library.as_ptr(), 1);
-        }
-    }
+    restore();
     result
+}
+
+/// Runs a command of the shell, which the C library starts by a way of its own.
+///
+/// # Safety
+/// As for the C library's function.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn system(command: *const c_char) -> c_int {
+    restore();
+    match next!("system", as unsafe extern "C" fn(*const c_char) -> c_int) {
+        // SAFETY: the argument is the caller's.
+        Some(next) => unsafe { next(command) },
+        None => fail(abi::ENOSYS),
+    }
+}
+
+/// Runs a command of the shell with a pipe, which the C library starts by a way of its own.
+///
+/// # Safety
+/// As for the C library's function.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popen(command: *const c_char, mode: *const c_char) -> *mut c_void {
+    type Next = unsafe extern "C" fn(*const c_char, *const c_char) -> *mut c_void;
+    restore();
+    match next!("popen", as Next) {
+        // SAFETY: the arguments are the caller's.
+        Some(next) => unsafe { next(command, mode) },
+        None => ptr::null_mut(),
+    }
 }

@@ -4,6 +4,7 @@ use crate::abi;
 use crate::device::Device;
 use crate::layout as at;
 use crate::mode::{self, Var};
+use crate::sysfs;
 use core::ffi::c_void;
 use core::sync::atomic::Ordering;
 
@@ -60,6 +61,9 @@ pub unsafe fn request(device: &Device, request: u32, argument: *mut c_void) -> R
     if argument.is_null() && !matches!(request, BLANK | WAIT_FOR_VSYNC) {
         return Err(abi::EFAULT);
     }
+    if matches!(request, GET_VAR | PUT_VAR | GET_FIX | PAN) {
+        sysfs::settle(device);
+    }
     // SAFETY: the argument points to the structure that the request names, says the caller.
     unsafe {
         match request {
@@ -91,16 +95,21 @@ fn put_var(device: &Device, var: &mut Var) -> Result<(), i32> {
     let is_test = var.activate & mode::ACTIVATE_MASK == mode::ACTIVATE_TEST;
     *var = checked;
     if !is_test {
-        let before = device.mode();
-        if checked != (Var { xoffset: checked.xoffset, yoffset: checked.yoffset, ..before }) {
-            device.exclusively(|| device.set_mode(&checked));
-            set_default_palette(device, &before, &checked);
-        }
-        if (before.xoffset, before.yoffset) != (checked.xoffset, checked.yoffset) {
-            device.pan(checked.xoffset, checked.yoffset);
-        }
+        set_mode(device, &checked);
     }
     Ok(())
+}
+
+/// Sets a mode that has been checked.
+pub fn set_mode(device: &Device, checked: &Var) {
+    let before = device.mode();
+    if *checked != (Var { xoffset: checked.xoffset, yoffset: checked.yoffset, ..before }) {
+        device.exclusively(|| device.set_mode(checked));
+        set_default_palette(device, &before, checked);
+    }
+    if (before.xoffset, before.yoffset) != (checked.xoffset, checked.yoffset) {
+        device.pan(checked.xoffset, checked.yoffset);
+    }
 }
 
 /// Gives a depth that was not in use before its own palette.
@@ -148,12 +157,7 @@ fn fix(device: &Device) -> Fix {
 
 fn pan(device: &Device, wanted: &mut Var) -> Result<(), i32> {
     let var = device.mode();
-    let fits = |offset: u32, res: u32, whole: u32| offset.checked_add(res).is_some_and(|end| end <= whole);
-    let is_inside =
-        fits(wanted.xoffset, var.xres, var.xres_virtual) && fits(wanted.yoffset, var.yres, var.yres_virtual);
-    // The visible part begins at a byte.
-    let is_byte = u64::from(wanted.xoffset) * u64::from(var.bits_per_pixel) % 8 == 0;
-    if !is_inside || !is_byte || wanted.vmode & mode::VMODE_YWRAP != 0 {
+    if !mode::can_pan(&var, wanted.xoffset, wanted.yoffset) || wanted.vmode & mode::VMODE_YWRAP != 0 {
         return Err(abi::EINVAL);
     }
     device.pan(wanted.xoffset, wanted.yoffset);

@@ -1,10 +1,10 @@
-//! The calls on descriptors: `ioctl`, `mmap`, `write` and its kin at the end of the memory,
-//! `ftruncate`, and `syscall` for programs that call the system by number.
+//! The calls on descriptors: `ioctl`, `write` and its kin at the end of the memory, `lseek` from it,
+//! `ftruncate`, and copies from descriptor to descriptor, which a device does not have.
 
 use crate::abi::{self, fail, next, set_errno};
 use crate::device::{Device, device};
-use crate::{console, evdev, framebuffer, layout as at, open, paths};
-use core::ffi::{c_char, c_int, c_long, c_uint, c_ulong, c_void};
+use crate::{console, evdev, framebuffer, layout as at, open, sysfs};
+use core::ffi::{c_int, c_uint, c_ulong, c_void};
 use core::sync::atomic::Ordering;
 
 type Ioctl = unsafe extern "C" fn(c_int, c_ulong, *mut c_void) -> c_int;
@@ -72,44 +72,6 @@ fn is_terminal(device: &Device, fd: c_int) -> bool {
     result == 0 && u64::from(found) == number
 }
 
-/// Defines `mmap` and its other name.
-macro_rules! maps {
-    ($($name:ident)*) => {$(
-        /// Maps a file. The framebuffer has nothing behind its end: there the kernel answers
-        /// EINVAL, where a file would give a map that cannot be read.
-        ///
-        /// # Safety
-        /// As for the C library's function.
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name(
-            address: *mut c_void, len: usize, access: c_int, flags: c_int, fd: c_int, offset: i64,
-        ) -> *mut c_void {
-            type Next = unsafe extern "C" fn(*mut c_void, usize, c_int, c_int, c_int, i64) -> *mut c_void;
-            if fd >= 0 && is_beyond(fd, offset, len) {
-                set_errno(abi::EINVAL);
-                return usize::MAX as *mut c_void;
-            }
-            match next!(stringify!($name), as Next) {
-                // SAFETY: the arguments are the caller's.
-                Some(next) => unsafe { next(address, len, access, flags, fd, offset) },
-                None => {
-                    set_errno(abi::ENOSYS);
-                    usize::MAX as *mut c_void
-                }
-            }
-        }
-    )*};
-}
-
-maps! { mmap mmap64 }
-
-fn is_beyond(fd: c_int, offset: i64, len: usize) -> bool {
-    let Some(device) = device().filter(|device| device.is_memory_fd(fd)) else { return false };
-    let end = u64::try_from(offset).ok().and_then(|offset| offset.checked_add(len as u64));
-    let size = u64::from(device.limits().smem_len).next_multiple_of(4096);
-    end.is_none_or(|end| end > size)
-}
-
 type Write = unsafe extern "C" fn(c_int, *const c_void, usize) -> isize;
 type Pwrite = unsafe extern "C" fn(c_int, *const c_void, usize, i64) -> isize;
 
@@ -120,15 +82,30 @@ type Pwrite = unsafe extern "C" fn(c_int, *const c_void, usize, i64) -> isize;
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn write(fd: c_int, bytes: *const c_void, len: usize) -> isize {
     let Some(next) = next!("write", as Write) else { return fail(abi::ENOSYS) as isize };
+    // SAFETY: the bytes are the caller's.
+    if let Some(result) = unsafe { write_attribute(fd, bytes, len) } {
+        return result;
+    }
     // SAFETY: the arguments are the caller's.
     let written = unsafe { next(fd, bytes, len) };
     if written != -1 || abi::errno() != abi::EPERM {
         return written;
     }
-    // SAFETY: a call without pointers.
-    let at = unsafe { abi::lseek(fd, 0, abi::SEEK_CUR) };
+    let at = abi::next_lseek(fd, 0, abi::SEEK_CUR);
     // SAFETY: no more bytes than the caller has.
     at_end(fd, at, len, |rest| unsafe { next(fd, bytes, rest) })
+}
+
+/// Writes a text to a file of `/sys`, if that is what the descriptor is open for.
+///
+/// # Safety
+/// `bytes` holds `len` bytes.
+unsafe fn write_attribute(fd: c_int, bytes: *const c_void, len: usize) -> Option<isize> {
+    if bytes.is_null() || len == 0 {
+        return None;
+    }
+    // SAFETY: the caller's promise. No text that means anything is longer than a page.
+    sysfs::write(fd, unsafe { core::slice::from_raw_parts(bytes.cast(), len.min(4096)) })
 }
 
 /// Writes the part that fits of bytes that the sealed memory has refused, as `fb_write` does.
@@ -154,6 +131,10 @@ macro_rules! pwrites {
         #[unsafe(no_mangle)]
         pub unsafe extern "C" fn $name(fd: c_int, bytes: *const c_void, len: usize, offset: i64) -> isize {
             let Some(next) = next!(stringify!($name), as Pwrite) else { return fail(abi::ENOSYS) as isize };
+            // SAFETY: the bytes are the caller's.
+            if let Some(result) = unsafe { write_attribute(fd, bytes, len) } {
+                return result;
+            }
             // SAFETY: the arguments are the caller's.
             let written = unsafe { next(fd, bytes, len, offset) };
             if written != -1 || abi::errno() != abi::EPERM {
@@ -200,40 +181,89 @@ macro_rules! truncates {
 
 truncates! { ftruncate ftruncate64 }
 
-type Syscall = unsafe extern "C" fn(c_long, usize, usize, usize, usize, usize, usize) -> c_long;
+/// `struct iovec`.
+#[repr(C)]
+pub struct Vector {
+    bytes: *const c_void,
+    len: usize,
+}
 
-/// Calls the system by number: opening and requests as their functions above do.
+/// Writes several buffers, to the framebuffer one after the other.
 ///
 /// # Safety
-/// As for the C library's function, which takes six arguments at most.
+/// As for the C library's function.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn syscall(
-    number: c_long,
-    a: usize,
-    b: usize,
-    c: usize,
-    d: usize,
-    e: usize,
-    f: usize,
-) -> c_long {
-    // SAFETY: the arguments are those of the call of this number.
-    unsafe {
-        match number {
-            abi::SYS_OPEN if paths::place(a as *const c_char).is_some() => {
-                return open::open(a as *const c_char, b as c_int, c as c_uint).into();
-            }
-            abi::SYS_OPENAT if paths::place(b as *const c_char).is_some() => {
-                return open::openat(a as c_int, b as *const c_char, c as c_int, d as c_uint).into();
-            }
-            abi::SYS_IOCTL if matches!((b >> 8) as u8, b'F' | b'K' | b'V' | b'E') => {
-                return ioctl(a as c_int, b as c_ulong, c as *mut c_void).into();
-            }
-            _ => {}
+pub unsafe extern "C" fn writev(fd: c_int, vectors: *const Vector, count: c_int) -> isize {
+    type Next = unsafe extern "C" fn(c_int, *const Vector, c_int) -> isize;
+    let Some(next) = next!("writev", as Next) else { return fail(abi::ENOSYS) as isize };
+    // SAFETY: the arguments are the caller's.
+    let written = unsafe { next(fd, vectors, count) };
+    if written != -1 || abi::errno() != abi::EPERM {
+        return written;
+    }
+    let mut total = 0;
+    for at in 0..count.max(0) as usize {
+        // SAFETY: the caller passes so many buffers, each with so many bytes.
+        let (written, len) =
+            unsafe { (write(fd, (*vectors.add(at)).bytes, (*vectors.add(at)).len), (*vectors.add(at)).len) };
+        match written {
+            -1 if total == 0 => return -1,
+            -1 => return total,
+            written => total += written,
+        }
+        if (written as usize) < len {
+            break;
         }
     }
-    match next!("syscall", as Syscall) {
-        // SAFETY: the arguments are the caller's.
-        Some(next) => unsafe { next(number, a, b, c, d, e, f) },
-        None => fail(abi::ENOSYS).into(),
-    }
+    total
+}
+
+/// Defines `lseek` and its other name.
+macro_rules! seeks {
+    ($($name:ident)*) => {$(
+        /// Moves a descriptor's position. A device has no size: its end counts as 0.
+        ///
+        /// # Safety
+        /// As for the C library's function.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(fd: c_int, offset: i64, whence: c_int) -> i64 {
+            let is_end = whence == abi::SEEK_END && device().is_some_and(|device| device.is_memory_fd(fd));
+            abi::next_lseek(fd, offset, if is_end { abi::SEEK_SET } else { whence })
+        }
+    )*};
+}
+
+seeks! { lseek lseek64 }
+
+/// Defines functions that copy bytes from descriptor to descriptor inside the system: between files,
+/// with the type of the C library's.
+macro_rules! copies {
+    ($($name:ident($($argument:ident: $kind:ty),*) of $from:ident and $to:ident;)*) => {$(
+        /// Copies bytes between files; a device is none, and callers go on with `read` and `write`.
+        ///
+        /// # Safety
+        /// As for the C library's function.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name($($argument: $kind),*) -> isize {
+            if device().is_some_and(|device| device.is_memory_fd($from) || device.is_memory_fd($to)) {
+                return fail(abi::EINVAL) as isize;
+            }
+            match next!(stringify!($name), as unsafe extern "C" fn($($kind),*) -> isize) {
+                // SAFETY: the arguments are the caller's.
+                Some(next) => unsafe { next($($argument),*) },
+                None => fail(abi::ENOSYS) as isize,
+            }
+        }
+    )*};
+}
+
+copies! {
+    copy_file_range(
+        from: c_int, from_at: *mut i64, to: c_int, to_at: *mut i64, len: usize, flags: c_uint
+    ) of from and to;
+    sendfile(to: c_int, from: c_int, from_at: *mut i64, len: usize) of from and to;
+    sendfile64(to: c_int, from: c_int, from_at: *mut i64, len: usize) of from and to;
+    splice(
+        from: c_int, from_at: *mut i64, to: c_int, to_at: *mut i64, len: usize, flags: c_uint
+    ) of from and to;
 }

@@ -59,6 +59,10 @@ pub const TERMINAL_MODE_AT: usize = 88;
 pub const ENDED_AT: usize = 96;
 /// The pointer's place on the frame: two words.
 pub const POINTER_AT: usize = 100;
+/// Number of programs without the device that were told.
+pub const TOLD_AT: usize = 108;
+/// Number of times that a file of `/sys/class/graphics/fb0` was opened for writing.
+pub const WRITERS_AT: usize = 112;
 /// First visible pixel of the virtual screen: xoffset in the low half, yoffset in the high half.
 pub const PAN_AT: usize = 128;
 /// The mode's slots.
@@ -75,6 +79,23 @@ pub const LOG_ENTRIES: usize = 64;
 pub const PALETTE_AT: usize = 2048;
 /// Entries of the palette.
 pub const PALETTE_ENTRIES: usize = 256;
+
+/// Programs that were started and cannot have the device, as a ring of texts: a word that says why
+/// ([`super::elf::Unserved`]) and how long the path is, 0 before it is whole, and the path.
+pub const TEXTS_AT: usize = 4096;
+/// Texts of the ring.
+pub const TEXTS: usize = 8;
+/// Bytes of a text with its word.
+pub const TEXT_BYTES: usize = 256;
+/// Keys and buttons that are held: a bit a code.
+pub const HELD_AT: usize = 6144;
+/// Bytes of these bits.
+pub const HELD_BYTES: usize = 96;
+/// Descriptors of the program `fbptr` that are the writable files of `/sys/class/graphics/fb0`: a
+/// word each, in the order of [`super::attributes::WRITABLE`].
+pub const ATTRIBUTE_FDS_AT: usize = 6272;
+/// Inodes of these files: 64 bits each.
+pub const ATTRIBUTE_INODES_AT: usize = 6400;
 
 /// Name of the environment variable by which a program finds the device.
 pub const ENVIRONMENT: &str = "FBPTR_RUN";

@@ -4,7 +4,7 @@
 //! In: the C library's calls of a program that was started with `LD_PRELOAD`, and the environment
 //! variable `FBPTR_RUN`. Out: for the paths of `paths.rs` the emulated device, for everything else
 //! the call as it was. Runs on the program's threads, in each of its processes, also in signal
-//! handlers: it allocates nothing, takes no lock and starts no thread.
+//! handlers: it takes no lock, starts no thread, and allocates only what the caller is to free.
 //!
 //! The device's memory is a sealed memfd of the program `fbptr`, opened through `/proc`: the
 //! descriptors that the program gets are real ones. So `mmap`, `read`, `lseek`, `dup`, `fcntl`,
@@ -17,23 +17,33 @@
 #![deny(unsafe_op_in_unsafe_fn)]
 
 mod abi;
+mod attributes;
 mod console;
 mod device;
+#[allow(dead_code)]
+mod elf;
 mod evdev;
 mod exec;
+mod folders;
 mod framebuffer;
 mod hooks;
 #[allow(dead_code)]
 mod keys;
 #[allow(dead_code)]
 mod layout;
+mod listing;
+mod memory;
 #[allow(dead_code)]
 mod mode;
 mod open;
 mod paths;
 mod stat;
+mod streams;
+mod syscalls;
 mod sysfs;
 mod text;
+mod unserved;
+mod variadic;
 
 /// Ends the process: nothing in here panics but by a defect.
 #[panic_handler]

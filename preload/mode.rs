@@ -300,6 +300,15 @@ pub fn check(wanted: &Var, device: &DeviceLimits) -> Result<Var, i32> {
     Ok(mode(Var { xres_virtual, yres_virtual, ..*wanted }, format, device.hz))
 }
 
+/// Returns whether the visible part can be moved there, as `fb_pan_display` checks it. It begins at
+/// a byte.
+pub fn can_pan(var: &Var, xoffset: u32, yoffset: u32) -> bool {
+    let fits = |offset: u32, res: u32, whole: u32| offset.checked_add(res).is_some_and(|end| end <= whole);
+    fits(xoffset, var.xres, var.xres_virtual)
+        && fits(yoffset, var.yres, var.yres_virtual)
+        && u64::from(xoffset) * u64::from(var.bits_per_pixel) % 8 == 0
+}
+
 /// Returns the mode that a device has before a program sets one.
 pub fn initial(device: &DeviceLimits) -> Var {
     let format = &FORMATS[device.format as usize % FORMATS.len()];

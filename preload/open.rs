@@ -1,12 +1,12 @@
-//! Opening the device: `open`, `openat`, `creat`, `fopen` and their variants.
+//! Opening the device: `open`, `openat`, `creat` and their variants.
 
 use crate::abi::{self, fail, next, set_errno};
 use crate::device::{Device, device};
 use crate::layout::TERMINAL_AT;
 use crate::paths::{INPUTS, Place, place};
-use crate::sysfs;
 use crate::text::Text;
-use core::ffi::{c_char, c_int, c_uint, c_void};
+use crate::{folders, sysfs};
+use core::ffi::{c_char, c_int, c_uint};
 use core::ptr;
 use core::sync::atomic::Ordering;
 
@@ -17,25 +17,32 @@ pub struct SocketAddress {
     path: [u8; 108],
 }
 
+const O_WRONLY: c_int = 1;
+#[cfg(target_arch = "aarch64")]
+const O_NOFOLLOW: c_int = 0o100000;
+#[cfg(not(target_arch = "aarch64"))]
+const O_NOFOLLOW: c_int = 0o400000;
+
 /// Opens the place of a path. `None` if the path is the system's.
 ///
 /// # Safety
 /// `path` is null or a C string.
-unsafe fn open_place(path: *const c_char, flags: c_int) -> Option<c_int> {
+pub unsafe fn open_place(folder: c_int, path: *const c_char, flags: c_int) -> Option<c_int> {
     // SAFETY: the caller's promise.
-    let place = unsafe { place(path) }?;
+    let place = unsafe { place(folder, path, flags & O_NOFOLLOW == 0) }?;
     let device = device()?;
+    let is_writing = flags & abi::O_ACCMODE != 0;
     Some(match place {
         _ if flags & (abi::O_CREAT | abi::O_EXCL) == abi::O_CREAT | abi::O_EXCL => fail(abi::EEXIST),
-        _ if flags & abi::O_DIRECTORY != 0 && place != Place::Folder => fail(abi::ENOTDIR),
+        Place::Folder(_) if is_writing => fail(abi::EISDIR),
+        Place::Folder(index) => folders::open(&device, index, flags),
+        _ if flags & abi::O_DIRECTORY != 0 => fail(abi::ENOTDIR),
         Place::Framebuffer => device.open_memory(flags),
-        Place::Console => open_terminal(&device, flags),
+        Place::Console(..) => open_terminal(&device, flags),
         Place::Input(index) => open_input(&device, index, flags),
-        Place::Attribute(_) | Place::List if flags & abi::O_ACCMODE != 0 => fail(abi::EACCES),
-        Place::Attribute(index) => sysfs::open(&device, Some(index), flags),
-        Place::List => sysfs::open(&device, None, flags),
-        // There is nothing to list where the system has no such folder.
-        Place::Folder => return None,
+        Place::List if is_writing => fail(abi::EACCES),
+        Place::Attribute(index) => sysfs::open(&device, index, flags),
+        Place::List => sysfs::open_list(flags),
     })
 }
 
@@ -107,7 +114,7 @@ fn open_input(device: &Device, index: usize, flags: c_int) -> c_int {
 
 /// Defines functions that open a path, each with the type of the C library's.
 macro_rules! opens {
-    ($($name:ident([$($before:ident: $before_kind:ty)?] path, flags $(, $after:ident: $after_kind:ty)?);)*) => {$(
+    ($($name:ident($from:expr, [$($before:ident: $before_kind:ty)?] path, flags $(, $after:ident: $after_kind:ty)?);)*) => {$(
         /// Opens the device, or what the C library's function of this name opens.
         ///
         /// # Safety
@@ -117,7 +124,7 @@ macro_rules! opens {
             $($before: $before_kind,)? path: *const c_char, flags: c_int $(, $after: $after_kind)?
         ) -> c_int {
             // SAFETY: the caller passes a C string.
-            if let Some(fd) = unsafe { open_place(path, flags) } {
+            if let Some(fd) = unsafe { open_place($from, path, flags) } {
                 return fd;
             }
             type Next = unsafe extern "C" fn($($before_kind,)? *const c_char, c_int $(, $after_kind)?) -> c_int;
@@ -131,82 +138,38 @@ macro_rules! opens {
 }
 
 opens! {
-    open([] path, flags, mode: c_uint);
-    open64([] path, flags, mode: c_uint);
-    __open([] path, flags, mode: c_uint);
-    __open64([] path, flags, mode: c_uint);
-    __open_2([] path, flags);
-    __open64_2([] path, flags);
-    openat([folder: c_int] path, flags, mode: c_uint);
-    openat64([folder: c_int] path, flags, mode: c_uint);
-    __openat_2([folder: c_int] path, flags);
-    __openat64_2([folder: c_int] path, flags);
+    open(abi::AT_FDCWD, [] path, flags, mode: c_uint);
+    open64(abi::AT_FDCWD, [] path, flags, mode: c_uint);
+    __open(abi::AT_FDCWD, [] path, flags, mode: c_uint);
+    __open64(abi::AT_FDCWD, [] path, flags, mode: c_uint);
+    __open_2(abi::AT_FDCWD, [] path, flags);
+    __open64_2(abi::AT_FDCWD, [] path, flags);
+    openat(folder, [folder: c_int] path, flags, mode: c_uint);
+    openat64(folder, [folder: c_int] path, flags, mode: c_uint);
+    __openat_2(folder, [folder: c_int] path, flags);
+    __openat64_2(folder, [folder: c_int] path, flags);
 }
 
-/// Creates a file, as `creat` does: the device exists.
-///
-/// # Safety
-/// As for the C library's function.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn creat(path: *const c_char, mode: c_uint) -> c_int {
-    // SAFETY: the caller passes a C string; 1 is O_WRONLY.
-    if let Some(fd) = unsafe { open_place(path, 1) } {
-        return fd;
-    }
-    match next!("creat", as unsafe extern "C" fn(*const c_char, c_uint) -> c_int) {
-        // SAFETY: the arguments are the caller's.
-        Some(next) => unsafe { next(path, mode) },
-        None => fail(abi::ENOSYS),
-    }
-}
-
-type Fopen = unsafe extern "C" fn(*const c_char, *const c_char) -> *mut c_void;
-
-/// Opens the device as a stream. `None` if the path is the system's.
-///
-/// # Safety
-/// Both are null or C strings.
-unsafe fn fopen_place(path: *const c_char, mode: *const c_char) -> Option<*mut c_void> {
-    if mode.is_null() {
-        return None;
-    }
-    // SAFETY: it is a C string, says the caller.
-    let letters = unsafe { core::ffi::CStr::from_ptr(mode) }.to_bytes();
-    let access = match (letters.first()?, letters.contains(&b'+')) {
-        (_, true) => abi::O_RDWR,
-        (b'r', false) => 0,
-        _ => 1,
-    };
-    let close_on_exec = if letters.contains(&b'e') { abi::O_CLOEXEC } else { 0 };
-    // SAFETY: the caller's promise.
-    let fd = unsafe { open_place(path, access | close_on_exec) }?;
-    if fd < 0 {
-        return Some(ptr::null_mut());
-    }
-    // SAFETY: the descriptor is open, and the stream takes it over.
-    Some(unsafe { abi::fdopen(fd, mode) })
-}
-
-/// Defines functions that open a path as a stream.
-macro_rules! fopens {
+/// Defines `creat` and its other name.
+macro_rules! creats {
     ($($name:ident)*) => {$(
-        /// Opens the device as a stream, or what the C library's function of this name opens.
+        /// Creates a file; the device exists.
         ///
         /// # Safety
         /// As for the C library's function.
         #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name(path: *const c_char, mode: *const c_char) -> *mut c_void {
-            // SAFETY: the caller passes C strings.
-            if let Some(stream) = unsafe { fopen_place(path, mode) } {
-                return stream;
+        pub unsafe extern "C" fn $name(path: *const c_char, mode: c_uint) -> c_int {
+            // SAFETY: the caller passes a C string.
+            if let Some(fd) = unsafe { open_place(abi::AT_FDCWD, path, O_WRONLY) } {
+                return fd;
             }
-            match next!(stringify!($name), as Fopen) {
+            match next!(stringify!($name), as unsafe extern "C" fn(*const c_char, c_uint) -> c_int) {
                 // SAFETY: the arguments are the caller's.
                 Some(next) => unsafe { next(path, mode) },
-                None => ptr::null_mut(),
+                None => fail(abi::ENOSYS),
             }
         }
     )*};
 }
 
-fopens! { fopen fopen64 }
+creats! { creat creat64 }

@@ -3,8 +3,10 @@
 
 use crate::abi::{self, Stat, Statx, device_number, fail, next};
 use crate::device::{Device, device, status};
+use crate::folders::{self, FOLDERS};
 use crate::open::input_of;
 use crate::paths::{FRAMEBUFFER_MAJOR, INPUT_MAJOR, INPUTS, Place, place};
+use crate::sysfs::FILES;
 use core::ffi::{c_char, c_int, c_uint};
 
 /// Facts about a place: type and rights, the device's numbers, and the file's own: `cp` compares
@@ -19,15 +21,20 @@ struct Facts {
 
 fn facts(device: &Device, place: Place) -> Option<Facts> {
     let of_device = |major, minor, inode| Some(Facts { mode: abi::S_IFCHR | 0o660, major, minor, inode });
-    let of_file = |mode| Some(Facts { mode, major: 0, minor: 0, inode: 1 });
+    let of_file = |mode, inode| Some(Facts { mode, major: 0, minor: 0, inode });
     match place {
         Place::Framebuffer => of_device(FRAMEBUFFER_MAJOR, 0, device.inode()),
         // Numbers that the memory does not have.
         Place::Input(index) => of_device(INPUT_MAJOR, INPUTS[index].1, u64::MAX - index as u64),
-        // Major 4 is that of consoles; 5,1 is /dev/console.
-        Place::Console => of_device(4, 1, u64::MAX / 2),
-        Place::Attribute(_) | Place::List => of_file(abi::S_IFREG | 0o444),
-        Place::Folder => of_file(abi::S_IFDIR | 0o755),
+        Place::Console(major, minor) => {
+            of_device(major.into(), minor.into(), u64::MAX / 2 - u64::from(major) * 256 - u64::from(minor))
+        }
+        Place::Attribute(index) => {
+            let rights = if FILES[index].is_writable { 0o644 } else { 0o444 };
+            of_file(abi::S_IFREG | rights, 16 + index as u64)
+        }
+        Place::List => of_file(abi::S_IFREG | 0o444, 1),
+        Place::Folder(index) => of_file(abi::S_IFDIR | 0o755, 2 + index as u64),
     }
 }
 
@@ -56,9 +63,9 @@ impl Facts {
 ///
 /// # Safety
 /// `path` is null or a C string.
-unsafe fn facts_of_path(path: *const c_char) -> Option<Facts> {
+unsafe fn facts_of_path(folder: c_int, path: *const c_char, flags: c_int) -> Option<Facts> {
     // SAFETY: the caller's promise.
-    let place = unsafe { place(path) }?;
+    let place = unsafe { place(folder, path, flags & NO_FOLLOW == 0) }?;
     facts(&device()?, place)
 }
 
@@ -69,6 +76,10 @@ fn facts_of(device: &Device, fd: c_int, status: &Stat) -> Option<Facts> {
     }
     match status.mode & abi::S_IFMT {
         abi::S_IFSOCK => input_of(device, fd).and_then(|index| facts(device, Place::Input(index))),
+        abi::S_IFDIR => {
+            let index = folders::of_descriptor(fd).filter(|index| FOLDERS[*index].is_own())?;
+            facts(device, Place::Folder(index))
+        }
         _ => None,
     }
 }
@@ -107,7 +118,7 @@ unsafe fn next_fstatat(folder: c_int, path: *const c_char, status: *mut Stat, fl
 
 unsafe fn status_of_path(folder: c_int, path: *const c_char, status: *mut Stat, flags: c_int) -> c_int {
     // SAFETY: the caller passes a C string.
-    if let Some(facts) = unsafe { facts_of_path(path) } {
+    if let Some(facts) = unsafe { facts_of_path(folder, path, flags) } {
         // SAFETY: the caller passes a status to write to.
         unsafe { *status = facts.status() };
         return 0;
@@ -184,7 +195,7 @@ stats! {
 
 unsafe fn access_of(folder: c_int, path: *const c_char, mode: c_int, flags: c_int) -> c_int {
     // SAFETY: the caller passes a C string.
-    if let Some(facts) = unsafe { facts_of_path(path) } {
+    if let Some(facts) = unsafe { facts_of_path(folder, path, flags) } {
         // Rights of the owner: 4 read, 2 write, 1 execute.
         let has = (facts.mode >> 6 & 7) as c_int;
         return if mode & !has == 0 { 0 } else { fail(abi::EACCES) };
@@ -210,7 +221,7 @@ pub unsafe extern "C" fn statx(
 ) -> c_int {
     type Next = unsafe extern "C" fn(c_int, *const c_char, c_int, c_uint, *mut Statx) -> c_int;
     // SAFETY: the caller passes a C string, or null.
-    if let Some(facts) = unsafe { facts_of_path(path) } {
+    if let Some(facts) = unsafe { facts_of_path(folder, path, flags) } {
         // SAFETY: an all-zero `Statx` is valid, and the caller passes one to write to.
         unsafe {
             *extended = core::mem::zeroed();

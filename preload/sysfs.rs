@@ -1,46 +1,118 @@
-//! The files of the framebuffer in `/sys/class/graphics/fb0`, and `/proc/fb`: texts as of the
-//! moment when they are opened.
+//! The files of the framebuffer in `/sys/class/graphics/fb0`, and `/proc/fb`.
+//!
+//! To read, a file is a text as of the moment when it is opened. To write, it is a memory that the
+//! program `fbptr` keeps and reads at each vertical blank, because streams and programs write by
+//! ways that the library does not see; where it sees the call, the text takes effect at once.
 
-use crate::abi;
-use crate::device::Device;
+use crate::abi::{self, fail};
+use crate::attributes::{self, Change, WRITABLE};
+use crate::device::{Device, device, status};
+use crate::framebuffer;
+use crate::layout as at;
 use crate::text::Text;
 use core::ffi::c_int;
+use core::sync::atomic::{AtomicU32, Ordering};
 
-/// Names of the files.
-pub const FILES: [&[u8]; 13] = [
-    b"name",
-    b"bits_per_pixel",
-    b"virtual_size",
-    b"stride",
-    b"pan",
-    b"mode",
-    b"modes",
-    b"blank",
-    b"rotate",
-    b"state",
-    b"dev",
-    b"uevent",
-    b"console",
+/// A file.
+pub struct File {
+    pub name: &'static [u8],
+    pub is_writable: bool,
+}
+
+const fn read_only(name: &'static [u8]) -> File {
+    File { name, is_writable: false }
+}
+
+const fn writable(name: &'static [u8]) -> File {
+    File { name, is_writable: true }
+}
+
+/// The files.
+pub const FILES: [File; 14] = [
+    read_only(b"name"),
+    writable(b"bits_per_pixel"),
+    writable(b"virtual_size"),
+    read_only(b"stride"),
+    writable(b"pan"),
+    writable(b"mode"),
+    read_only(b"modes"),
+    writable(b"blank"),
+    writable(b"rotate"),
+    writable(b"state"),
+    read_only(b"dev"),
+    read_only(b"uevent"),
+    writable(b"console"),
+    writable(b"cursor"),
 ];
 
-/// Opens a file, or the list of framebuffers.
-pub fn open(device: &Device, file: Option<usize>, flags: c_int) -> c_int {
-    let mut text = Text::<512>::new();
-    match file {
-        Some(file) => write_attribute(device, FILES[file], &mut text),
-        None => {
-            text.push(b"0 fbptr\n");
-        }
+/// Opens a file.
+pub fn open(device: &Device, file: usize, flags: c_int) -> c_int {
+    let file = &FILES[file];
+    if flags & abi::O_ACCMODE == 0 {
+        settle(device);
+        let mut text = Text::<512>::new();
+        write_attribute(device, file.name, &mut text);
+        return open_text(&text, flags);
     }
+    let Some(index) = WRITABLE.iter().position(|name| name.as_bytes() == file.name) else {
+        return fail(abi::EACCES);
+    };
+    device.word(at::WRITERS_AT).fetch_add(1, Ordering::AcqRel);
+    let number = device.word(at::ATTRIBUTE_FDS_AT + index * 4).load(Ordering::Relaxed);
+    device.open_number(number.into(), flags & (abi::O_ACCMODE | abi::O_CLOEXEC))
+}
+
+/// Opens the list of framebuffers.
+pub fn open_list(flags: c_int) -> c_int {
+    let mut text = Text::new();
+    text.push(b"0 fbptr\n");
+    open_text(&text, flags)
+}
+
+fn open_text(text: &Text<512>, flags: c_int) -> c_int {
     let close_on_exec = if flags & abi::O_CLOEXEC != 0 { abi::MFD_CLOEXEC } else { 0 };
     // SAFETY: the name is a C string.
     let fd = unsafe { abi::memfd_create(c"fb0".as_ptr(), close_on_exec) };
     if fd >= 0 {
         crate::hooks::write_all(fd, text.as_bytes());
-        // SAFETY: the descriptor is ours.
-        unsafe { abi::lseek(fd, 0, abi::SEEK_SET) };
+        abi::next_lseek(fd, 0, abi::SEEK_SET);
     }
     fd
+}
+
+/// Waits until what was written to files that have been opened since the last call has taken effect.
+pub fn settle(device: &Device) {
+    static SETTLED: AtomicU32 = AtomicU32::new(0);
+    let writers = device.word(at::WRITERS_AT).load(Ordering::Acquire);
+    if SETTLED.swap(writers, Ordering::Relaxed) != writers {
+        // A text without a line's end is taken when it has been there for a whole frame.
+        for _ in 0..3 {
+            device.wait_for_vsync();
+        }
+    }
+}
+
+/// Writes a text to a file that is open for writing: its result, or `None` for another descriptor.
+pub fn write(fd: c_int, text: &[u8]) -> Option<isize> {
+    let device = device().filter(|device| device.word(at::WRITERS_AT).load(Ordering::Relaxed) > 0)?;
+    let status = status(fd)?;
+    let is_same = |index: &usize| {
+        let inode = device.long(at::ATTRIBUTE_INODES_AT + index * 8).load(Ordering::Relaxed);
+        device.is_memory(status.dev, device.inode()) && status.ino == inode
+    };
+    let index = (0..WRITABLE.len()).find(is_same)?;
+    let change = attributes::change(WRITABLE[index], text, &device.mode(), &device.limits());
+    let change = match change {
+        Ok(change) => change,
+        Err(error) => return Some(fail(error) as isize),
+    };
+    match change {
+        Change::Mode(var) => framebuffer::set_mode(&device, &var),
+        Change::Pan(xoffset, yoffset) => device.pan(xoffset, yoffset),
+        Change::Blank(level) => device.word(at::BLANK_AT).store(level, Ordering::Release),
+        Change::Nothing => {}
+    }
+    Some(text.len() as isize)
 }
 
 fn write_attribute(device: &Device, name: &[u8], text: &mut Text<512>) {

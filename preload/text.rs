@@ -36,6 +36,13 @@ impl<const N: usize> Text<N> {
         self.push(&digits[at..])
     }
 
+    /// Keeps the first `len` bytes.
+    pub fn truncate(&mut self, len: usize) {
+        let len = len.min(self.len);
+        self.bytes[len..self.len].fill(0);
+        self.len = len;
+    }
+
     pub fn as_bytes(&self) -> &[u8] {
         &self.bytes[..self.len]
     }

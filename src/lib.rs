@@ -163,6 +163,9 @@ pub mod cancel;
 pub mod error;
 #[doc(hidden)]
 pub mod executor;
+#[cfg(feature = "server")]
+#[doc(hidden)]
+pub mod input;
 #[doc(hidden)]
 pub mod math;
 #[doc(hidden)]

@@ -7,7 +7,8 @@ from fb import Framebuffer, frames
 # The picture characters of the codes below 32, which Python's codec has no pictures for, and of 127.
 LOW = " ☺☻♥♦♣♠•◘○◙♂♀♪♫☼►◄↕‼¶§▬↨↑↓→←∟↔▲▼"
 PAGE = LOW + bytes(range(32, 127)).decode() + "⌂" + bytes(range(128, 256)).decode("cp437")
-NAMES = "black blue green cyan red magenta brown grey".split()
+NAMES = ["black", "blue", "green", "cyan", "red", "magenta", "brown", "light grey", "dark grey", "light blue"]
+NAMES += ["light green", "light cyan", "light red", "light magenta", "yellow", "white"]
 
 
 def glyphs():
@@ -36,9 +37,8 @@ for y in range(16):
     row = " ".join(PAGE[16 * y : 16 * y + 16])
     put(cells, 1, 3 + y, "║ %02X │ %s ║" % (16 * y, row), 14, 1)
     put(cells, 8, 3 + y, row, 15, 1)
-    name = NAMES[y % 8] if y < 8 else "light " + NAMES[y % 8]
     put(cells, 47, 3 + y, "│ " + " " * 26 + " │", 11, 1)
-    put(cells, 49, 3 + y, "%2d %-14s" % (y, name), 7, 1)
+    put(cells, 49, 3 + y, "%2d %-14s" % (y, NAMES[y]), 7, 1)
     put(cells, 67, 3 + y, "░░▒▒▓▓██", y, 0)
 put(cells, 1, 19, "╚" + "═" * 4 + "╧" + "═" * 33 + "╝", 14, 1)
 put(cells, 47, 2, "┌" + " colours and shades ".center(28, "─") + "┐", 11, 1)

@@ -26,6 +26,7 @@ mod run;
 mod scene_file;
 mod send;
 mod serve;
+mod signals;
 mod snap;
 mod tour;
 mod trace;

@@ -9,7 +9,7 @@ use super::progress::Watched;
 use super::render_args::RenderArgs;
 use super::scene_file;
 use super::trace::TraceAt;
-use super::{FrameSize, Status, say, say_as_program};
+use super::{FrameSize, Status, say, say_as_program, signals};
 use crate::command::EndOfInput;
 use crate::load::SandboxDir;
 use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
@@ -396,10 +396,8 @@ fn watch_signals(thread: &RenderThread, display: Option<Arc<Display>>) -> Arc<At
     let (stop, has_come) = (thread.stopper(), Arc::new(AtomicBool::new(false)));
     let flag = has_come.clone();
     // Without a handler the system's default action ends the process.
-    let _ = ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::AcqRel) {
-            std::process::exit(130);
-        }
+    let _ = signals::watch(move || {
+        flag.store(true, Ordering::Release);
         stop();
         if let Some(display) = &display {
             display.leave();

@@ -6,7 +6,7 @@ use super::movie::{Clock, MovieArgs, MovieWriter, Sampler};
 use super::output::Stdout;
 use super::record_gate::RecordGate;
 use super::render_args::RenderArgs;
-use super::{FrameSize, Status, args, say_as_program};
+use super::{FrameSize, Status, args, say_as_program, signals};
 use crate::draw2d::Blend;
 use crate::load::SandboxDir;
 use crate::memory::SharedFile;
@@ -243,7 +243,8 @@ impl Serve {
         let size = (engine.memory().width(), engine.memory().height());
         let (endings, ending) = bounded(8);
         // Before any client is admitted: from here on a signal ends the server in order.
-        watch_signals(endings.clone())?;
+        let told = endings.clone();
+        signals::watch(move || _ = told.try_send(Ending::Signal))?;
         let mut server = Server::start(engine).map_err(|e| format!("no thread to render on: {e}"))?;
         let others = if metrics.is_some() { MetricsServer::MAX_FILES } else { 0 };
         if let Some(shortage) = server.fit_descriptors(places.len(), others) {
@@ -529,18 +530,6 @@ fn shut_down(server: Server, why: Ending) -> Engine {
 /// Opens a folder that clients name files in.
 pub(super) fn folder(path: &Path) -> Result<SandboxDir, String> {
     SandboxDir::open(path).map_err(|e| format!("{}: {e}", path.display()))
-}
-
-/// Ends the server in order on SIGINT or SIGTERM, and at once on a second signal.
-fn watch_signals(endings: Sender<Ending>) -> Result<(), String> {
-    let mut has_come = false;
-    ctrlc::set_handler(move || {
-        if std::mem::replace(&mut has_come, true) {
-            std::process::exit(1);
-        }
-        let _ = endings.try_send(Ending::Signal);
-    })
-    .map_err(|e| format!("signals cannot be watched: {e}"))
 }
 
 /// Ends the process in time even if a command runs for minutes or a disk does not respond.

@@ -1,8 +1,11 @@
 //! The device's shared memories: the framebuffer memory, the control page, and the preload library
 //! as a file, each without a name in the file system.
 
+use super::attributes::WRITABLE;
+use super::elf::Unserved;
 use super::layout as at;
 use super::mode::{self, DeviceLimits, Var};
+use super::sysfs;
 use crate::memory::DeviceMemory;
 use rustix::fs::{MemfdFlags, fstat, memfd_create};
 use rustix::thread::futex;
@@ -32,9 +35,11 @@ pub struct DeviceOptions {
 #[derive(Debug)]
 pub struct Device {
     memory: DeviceMemory,
-    control: DeviceMemory,
+    pub(super) control: DeviceMemory,
     library: File,
-    limits: DeviceLimits,
+    /// The writable files of `/sys/class/graphics/fb0`, in the order of [`WRITABLE`].
+    pub(super) attributes: Vec<File>,
+    pub(super) limits: DeviceLimits,
 }
 
 impl Device {
@@ -52,14 +57,15 @@ impl Device {
         let control = DeviceMemory::new("fbptr-control", at::CONTROL_BYTES)?;
         let mut library = File::from(memfd_create("fbptr-preload", MemfdFlags::CLOEXEC)?);
         library.write_all(LIBRARY)?;
-        let device =
-            Device { memory: DeviceMemory::new("fbptr-fb0", bytes as usize)?, control, library, limits };
-        device.write_control();
+        let attributes = WRITABLE.iter().map(|name| sysfs::attribute(name)).collect::<io::Result<_>>()?;
+        let memory = DeviceMemory::new("fbptr-fb0", bytes as usize)?;
+        let device = Device { memory, control, library, attributes, limits };
+        device.write_control()?;
         Ok(device)
     }
 
     /// Writes the control page of a new device, its magic last.
-    fn write_control(&self) {
+    fn write_control(&self) -> io::Result<()> {
         let set = |at: usize, value: u32| self.control.word(at).store(value, Ordering::Relaxed);
         set(at::SMEM_LEN_AT, self.limits.smem_len);
         set(at::WIDTH_AT, self.limits.width);
@@ -73,12 +79,34 @@ impl Device {
         for (i, word) in var.to_words().into_iter().enumerate() {
             set(at::mode_word_at(0, i), word);
         }
-        let bits = var.bits_per_pixel.min(8);
-        for index in 0..1 << bits {
-            let color = at::default_color(index, bits, var.grayscale != 0);
-            self.control.long(at::PALETTE_AT + index as usize * 8).store(color, Ordering::Relaxed);
+        self.reset_palette(var.bits_per_pixel.min(8), var.grayscale != 0);
+        for (i, file) in self.attributes.iter().enumerate() {
+            set(at::ATTRIBUTE_FDS_AT + i * 4, file.as_raw_fd() as u32);
+            let inode = fstat(file)?.st_ino;
+            self.control.long(at::ATTRIBUTE_INODES_AT + i * 8).store(inode, Ordering::Relaxed);
         }
         self.control.word(at::MAGIC_AT).store(at::MAGIC, Ordering::Release);
+        Ok(())
+    }
+
+    /// Gives the palette the colours that a depth begins with.
+    pub(super) fn reset_palette(&self, bits: u32, is_grey: bool) {
+        for index in 0..1 << bits {
+            let color = at::default_color(index, bits, is_grey);
+            self.control.long(at::PALETTE_AT + index as usize * 8).store(color, Ordering::Relaxed);
+        }
+    }
+
+    /// Notes that a key or a button is held, or no longer.
+    pub(super) fn hold(&self, code: u16, is_down: bool) {
+        let code = usize::from(code);
+        if code < at::HELD_BYTES * 8 {
+            let word = self.control.word(at::HELD_AT + code / 32 * 4);
+            match is_down {
+                true => word.fetch_or(1 << (code % 32), Ordering::Relaxed),
+                false => word.fetch_and(!(1 << (code % 32)), Ordering::Relaxed),
+            };
+        }
     }
 
     /// Returns the inode of the framebuffer memory, which no other device has.
@@ -114,6 +142,19 @@ impl Device {
     /// Returns the framebuffer memory.
     pub(super) fn memory(&self) -> &DeviceMemory {
         &self.memory
+    }
+
+    /// Waits until the scan-out has taken over the visible part that was set as number `pan`.
+    #[cfg(test)]
+    pub(super) fn wait_for_pan(&self, pan: u32) {
+        let word = self.control.word(at::PANS_TAKEN_AT);
+        loop {
+            let taken = word.load(Ordering::Acquire);
+            if taken == pan {
+                return;
+            }
+            let _ = futex::wait(word, futex::Flags::empty(), taken, None);
+        }
     }
 
     #[cfg(test)]
@@ -187,6 +228,29 @@ impl Device {
         self.set_word(at::ENDED_AT, 1);
         wake(self.control.word(at::VSYNC_AT));
         wake(self.control.word(at::PANS_TAKEN_AT));
+    }
+
+    /// Returns the programs that were started and cannot have the device since `seen`, the number of
+    /// those returned before, as lines.
+    pub fn unserved_programs(&self, seen: &mut u32) -> Vec<String> {
+        let told = self.word(at::TOLD_AT);
+        let first = (*seen).max(told.saturating_sub(at::TEXTS as u32));
+        let mut lines = Vec::new();
+        for number in first..told {
+            let start = at::TEXTS_AT + number as usize % at::TEXTS * at::TEXT_BYTES;
+            let head = self.long(start);
+            // A text that is not written yet is returned the next time.
+            if head == 0 {
+                break;
+            }
+            let words = (8..at::TEXT_BYTES).step_by(8).flat_map(|at| self.long(start + at).to_le_bytes());
+            let path: Vec<u8> = words.take(head as u32 as usize).collect();
+            let why = Unserved::ALL.iter().find(|why| **why as u64 == head >> 32);
+            let reason = why.map_or("cannot be served", |why| why.reason());
+            lines.push(format!("{}: {reason}", String::from_utf8_lossy(&path)));
+            *seen = number + 1;
+        }
+        lines
     }
 
     /// Returns the requests that programs made in vain since `seen`, the number of those returned

@@ -7,7 +7,11 @@
 //! is left of the device when this process has ended, however it ended. Tested by
 //! `tests/serving/run.rs` with real programs.
 
+#[path = "../../preload/attributes.rs"]
+mod attributes;
 mod device;
+#[path = "../../preload/elf.rs"]
+pub mod elf;
 mod input;
 #[path = "../../preload/keys.rs"]
 pub mod keys;
@@ -19,8 +23,9 @@ mod layout;
 #[allow(dead_code)]
 mod mode;
 mod scanout;
+mod sysfs;
 
 pub use device::{Device, DeviceOptions};
-pub use input::{InputDevices, UserEvent, typing};
+pub use input::{InputDevices, typing};
 pub use mode::{FORMATS, Format};
 pub use scanout::ScanOut;

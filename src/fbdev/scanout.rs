@@ -435,9 +435,7 @@ mod tests {
                     device.memory().file().write_all_at(&bytes, u64::from(y) * page).unwrap();
                     device.set_long(at::PAN_AT, u64::from(y * height) << 32);
                     device.set_word(at::PANS_AT, flip);
-                    while device.word(at::PANS_TAKEN_AT) != flip {
-                        std::thread::yield_now();
-                    }
+                    device.wait_for_pan(flip);
                 }
                 is_over.store(true, std::sync::atomic::Ordering::Release);
             });

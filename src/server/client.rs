@@ -21,10 +21,11 @@ mod queries;
 mod tests;
 mod verbs;
 
+use super::CommandError;
 use super::message::{Id, Inbox, Item, Message};
-use super::{CommandError, InputEvent};
 use crate::command::{Command, EndOfInput};
 use crate::error::{Code, Fault};
+use crate::input::InputEvent;
 use crate::memory::VideoMemory;
 use crossbeam_channel::{Sender, bounded};
 use std::fmt;

@@ -6,12 +6,12 @@
 
 use super::buffer_pool::PooledBuffer;
 use super::engine::{Engine, JobResult};
-use super::events::InputEvent;
 use super::reply_queue::ReplyQueue;
 use super::session::Audience;
 use super::stream::{CommandError, Notice};
 use crate::command::{Command, EndOfInput};
 use crate::error::Fault;
+use crate::input::InputEvent;
 use crossbeam_channel::Sender;
 use std::fmt;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};

@@ -40,7 +40,7 @@ pub use budget::{Budget, Pace};
 pub use client::Client;
 pub use display::{Display, DisplayObserver, EventSender, PixelInfo, ShownFrame};
 pub use engine::{Dialect, Effect, Engine, OutputState, OutputStatus, Status};
-pub use events::{Input, InputEvent};
+pub use events::Input;
 pub use limits::Limits;
 pub use machine_memory::default_memory_bytes;
 pub use message::Finish;

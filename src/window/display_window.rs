@@ -6,10 +6,12 @@ use super::clicks::Clicks;
 use super::fullscreen::Fullscreen;
 use super::layout::{Layout, Scaling};
 use super::look::ScreenLook;
+use super::presence::Presence;
 use super::status::ServerStatus;
 use super::view::View;
 use super::{Collector, KeyReport, MAX_WINDOW_SIDE, TICK, USUAL_SCREEN, WindowError, open, wheel_steps};
-use crate::server::{Display, EventSender, InputEvent};
+use crate::input::InputEvent;
+use crate::server::{Display, EventSender};
 use minifb::{MouseButton, MouseMode};
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -72,8 +74,7 @@ pub fn run(display: Arc<Display>, options: Options) -> Result<(), WindowError> {
     let look = ScreenLook::new(options.crt);
     let natural = look.natural_size(size);
     let largest = (MAX_WINDOW_SIDE / natural[0]).min(MAX_WINDOW_SIDE / natural[1]);
-    let scale =
-        options.scale.unwrap_or_else(|| Layout::opening_scale(natural, USUAL_SCREEN)).clamp(1, largest);
+    let scale = options.scale.unwrap_or_else(|| look.opening_scale(size, USUAL_SCREEN)).clamp(1, largest);
     let mut window = open(&options.title, natural.map(|s| s * scale))?;
     window.set_target_fps(0);
     let reports = Rc::new(RefCell::new(VecDeque::new()));
@@ -85,11 +86,20 @@ pub fn run(display: Arc<Display>, options: Options) -> Result<(), WindowError> {
     let mut fullscreen = Fullscreen::default();
     let mut toggles_fullscreen = options.fullscreen;
     let mut pointer = Pointer::new(display.event_sender(), Clicks::new(&window));
+    let mut presence = Presence::new(&window);
     while window.is_open() && !display.is_leaving() && !view.wants_to_quit() {
+        if presence.is_lost() {
+            break;
+        }
         let window_size = <[usize; 2]>::from(window.get_size());
         pointer.look(&window, &view.layout(window_size), window_size);
         view.set_pointer(window.get_unscaled_mouse_pos(MouseMode::Discard));
-        let uploaded = match view.redraw(window_size) {
+        let words = view.redraw(window_size);
+        // Converting a frame takes long enough to be destroyed in.
+        if presence.is_lost() {
+            break;
+        }
+        let uploaded = match words {
             Some(words) => window.update_with_buffer(words, window_size[0], window_size[1]).is_ok(),
             None => {
                 window.update();
@@ -112,6 +122,10 @@ pub fn run(display: Arc<Display>, options: Options) -> Result<(), WindowError> {
             break;
         }
         std::thread::sleep(TICK);
+    }
+    if presence.is_lost() {
+        // Its end would ask Xlib to destroy it once more, which ends the process.
+        std::mem::forget(window);
     }
     display.close();
     Ok(())

@@ -7,6 +7,11 @@ use super::scanout;
 use crate::draw2d::crt::{Crt, square_size};
 use std::ops::Range;
 
+/// Window pixels for each pixel of a frame from which on a tube's lines and mask are complete.
+const CRT_SCALE: usize = 3;
+/// Screen size that a window of a tube may take, in pixels.
+const LARGE_SCREEN: [usize; 2] = [1920, 1440];
+
 /// Look of a frame on the screen.
 #[derive(Debug, Default)]
 pub struct ScreenLook {
@@ -34,6 +39,14 @@ impl ScreenLook {
     /// Returns the size that a window of scale 1 has for a frame.
     pub fn natural_size(&self, frame: [usize; 2]) -> [usize; 2] {
         if self.is_crt { square_size(frame) } else { frame }
+    }
+
+    /// Returns the window pixels for each pixel of a frame at which a window opens: as many as a
+    /// usual screen has room for, and for a tube as many as show its lines and mask, if a large
+    /// screen has room for them.
+    pub fn opening_scale(&self, frame: [usize; 2], screen: [usize; 2]) -> usize {
+        let scale = |screen| Layout::opening_scale(self.natural_size(frame), screen);
+        if self.is_crt { scale(screen).max(scale(LARGE_SCREEN).min(CRT_SCALE)) } else { scale(screen) }
     }
 
     /// Returns the layout of a frame in a window: at the aspect ratio that it has on a tube, if it
@@ -97,6 +110,15 @@ mod tests {
         assert_eq!(shown(true, [100, 90]), [100, 75]);
         let layout = ScreenLook::new(true).layout([320, 200], [960, 720], Scaling::Whole);
         assert_eq!(layout.pixel_at(959.0, 719.0), Some([319, 199]));
+    }
+
+    #[test]
+    fn a_window_opens_with_room_for_the_lines_of_a_tube() {
+        let scale = |is_crt, frame| ScreenLook::new(is_crt).opening_scale(frame, [1280, 800]);
+        assert_eq!([scale(false, [640, 480]), scale(true, [640, 480])], [1, 3]);
+        assert_eq!([scale(false, [320, 200]), scale(true, [320, 200])], [4, 3]);
+        assert_eq!([scale(false, [80, 50]), scale(true, [80, 50])], [8, 8]);
+        assert_eq!([scale(true, [800, 600]), scale(true, [1920, 1080])], [2, 1], "no room for more");
     }
 
     #[test]

@@ -9,8 +9,9 @@
 //! frame is not converted or uploaded again; no window size, key or pointer position causes a
 //! panic.
 //!
-//! Losing the window system cannot be handled: Xlib exits the process. Snapshots are written when
-//! requested, not at the end, and a server that must survive runs headless.
+//! Losing the window system cannot be handled in every moment: Xlib exits the process. The window of
+//! a render thread asks before each use of it ([`presence`]). Snapshots are written when requested,
+//! not at the end, and a server that must survive runs headless.
 
 #[cfg(feature = "server")]
 #[cfg_attr(not(target_os = "linux"), path = "no_clicks.rs")]
@@ -29,6 +30,9 @@ mod layout;
 mod look;
 #[cfg(feature = "server")]
 mod overlay;
+#[cfg(feature = "server")]
+#[cfg_attr(not(target_os = "linux"), path = "no_presence.rs")]
+mod presence;
 pub mod program;
 mod scanout;
 #[cfg(feature = "server")]

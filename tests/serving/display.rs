@@ -1,7 +1,8 @@
 //! Display of frames by AUTO, PRESENT, EVENTS and stepping, with a test in place of the window.
 
 use crate::support::Serving;
-use fbptr::server::{Display, DisplayObserver, Engine, Finish, InputEvent, RenderThread, ShownFrame};
+use fbptr::input::InputEvent;
+use fbptr::server::{Display, DisplayObserver, Engine, Finish, RenderThread, ShownFrame};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 

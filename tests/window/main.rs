@@ -8,6 +8,8 @@
 mod events;
 mod fullscreen;
 mod program;
+#[cfg(target_os = "linux")]
+mod run;
 mod screen;
 #[path = "../support/tools.rs"]
 mod tools;

@@ -5,8 +5,9 @@ use super::replay::Replay;
 use super::spawn::Terminal;
 use super::{Refusal, Run};
 use crate::command::Command;
-use crate::fbdev::{Device, InputDevices, UserEvent};
-use crate::server::{Client, InputEvent, Server};
+use crate::fbdev::{Device, InputDevices};
+use crate::input::InputEvent;
+use crate::server::{Client, Server};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::io::{self, IsTerminal, Read, Write};
 use std::time::Instant;
@@ -53,7 +54,7 @@ impl Input {
     /// Passes on what has come since the last call. Returns whether a replay is going on.
     pub fn pass_on(&mut self, device: &Device, is_changed: bool, now: Instant) -> bool {
         self.devices.poll();
-        let mut events: Vec<UserEvent> = self.client.events().into_iter().filter_map(user_event).collect();
+        let mut events: Vec<InputEvent> = self.client.events();
         events.extend(self.replay.due(device.opens() > 0, is_changed, now));
         for event in events {
             let bytes = self.devices.feed(device, &event);
@@ -86,15 +87,4 @@ fn forward_stdin(terminal: &Terminal) -> io::Result<()> {
         }
     })?;
     Ok(())
-}
-
-/// Returns the event of a window as one of the user.
-fn user_event(event: InputEvent) -> Option<UserEvent> {
-    match event {
-        InputEvent::Key { name, down } => Some(UserEvent::Key { name, down }),
-        InputEvent::Text(character) => Some(UserEvent::Text(character)),
-        InputEvent::Mouse { x, y, buttons } => Some(UserEvent::Mouse { x, y, buttons }),
-        InputEvent::Wheel { dx, dy } => Some(UserEvent::Wheel { dx, dy }),
-        InputEvent::Resize { .. } | InputEvent::Close => None,
-    }
 }

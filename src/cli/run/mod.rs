@@ -19,6 +19,8 @@ mod replay;
 mod session;
 #[cfg(fbptr_preload)]
 mod spawn;
+#[cfg(fbptr_preload)]
+mod told;
 
 use super::args::crt::CrtArgs;
 use super::movie::MovieArgs;

@@ -1,6 +1,7 @@
 //! The program to be run: where it is, and whether a preloaded library reaches it.
 
 use super::Refusal;
+use crate::fbdev::elf::{self, HEAD_BYTES, Unserved};
 use std::ffi::{OsStr, OsString};
 use std::fs::{File, Metadata};
 use std::io::Read;
@@ -13,13 +14,6 @@ const DEPTH: u32 = 4;
 /// Set-user-ID and set-group-ID.
 const SET_UID: u32 = 0o4000;
 const SET_GID: u32 = 0o2000;
-/// Machine numbers of ELF files.
-const OWN_MACHINE: u16 = match () {
-    () if cfg!(target_arch = "x86_64") => 62,
-    () if cfg!(target_arch = "aarch64") => 183,
-    () => 243,
-};
-
 fn refuse(status: u8, message: String) -> Refusal {
     Refusal { status, message }
 }
@@ -52,25 +46,19 @@ fn check(path: &Path, depth: u32) -> Result<(), Refusal> {
         return Err(refuse(126, format!("{name}: is not an executable file")));
     }
     if has_other_rights(path, &meta) {
-        return Err(refuse(
-            126,
-            format!(
-                "{name}: runs with the rights of another user (set-user-ID or capabilities), so the system lets no \
-                     library be preloaded: it cannot be served"
-            ),
-        ));
+        return Err(refuse(126, format!("{name}: {}", Unserved::Rights.reason())));
     }
     // What cannot be read may still be run; the system then says what is wrong.
     let Ok(file) = File::open(path) else { return Ok(()) };
-    let mut head = [0; 256];
+    let mut head = [0; HEAD_BYTES];
     let len = (&file).read(&mut head).unwrap_or(0);
     match &head[..len] {
         [b'#', b'!', line @ ..] => match interpreter_of_script(line) {
             Some(interpreter) if depth > 0 => check(&interpreter, depth - 1),
             _ => Ok(()),
         },
-        [0x7f, b'E', b'L', b'F', ..] => {
-            check_elf(&file, &head).map_err(|why| refuse(126, format!("{name}: {why}")))
+        read if elf::is_elf(read) => {
+            check_elf(&file, &head).map_err(|why| refuse(126, format!("{name}: {}", why.reason())))
         }
         _ => Ok(()),
     }
@@ -90,41 +78,12 @@ fn has_other_rights(path: &Path, meta: &Metadata) -> bool {
 
 /// Returns the interpreter that a script's first line names.
 fn interpreter_of_script(line: &[u8]) -> Option<PathBuf> {
-    let line = line.split(|b| *b == b'\n').next()?;
-    let mut words = line.split(|b| *b == b' ' || *b == b'\t').filter(|word| !word.is_empty());
-    words.next().map(|word| PathBuf::from(OsString::from_vec(word.to_vec())))
+    elf::interpreter(line).map(|word| PathBuf::from(OsString::from_vec(word.to_vec())))
 }
 
 /// Checks that the dynamic loader of the GNU C library, for this machine, starts an ELF file.
-fn check_elf(file: &File, head: &[u8; 256]) -> Result<(), String> {
-    let half = |at: usize| u16::from_le_bytes([head[at], head[at + 1]]);
-    // 64 bits, little-endian.
-    if head[4] != 2 || head[5] != 1 || half(18) != OWN_MACHINE {
-        return Err(
-            "is made for another machine, or for 32 bits: a library of this machine cannot be preloaded"
-                .into(),
-        );
-    }
-    let table = u64::from_le_bytes(std::array::from_fn(|i| head[32 + i]));
-    let (size, count) = (u64::from(half(54)), u64::from(half(56)));
-    for i in 0..count {
-        let mut header = [0; 56];
-        let at = size.checked_mul(i).and_then(|offset| table.checked_add(offset)).unwrap_or(u64::MAX / 2);
-        if file.read_exact_at(&mut header, at).is_err() {
-            break;
-        }
-        let long = |at: usize| u64::from_le_bytes(std::array::from_fn(|i| header[at + i]));
-        // PT_INTERP
-        if header[..4] == [3, 0, 0, 0] {
-            let mut loader = vec![0; long(32).min(4096) as usize];
-            let _ = file.read_exact_at(&mut loader, long(8));
-            return match loader.windows(4).any(|word| word == b"musl") {
-                false => Ok(()),
-                true => Err("is linked with musl: the preload library needs the GNU C library".into()),
-            };
-        }
-    }
-    Err("is statically linked: no library can be preloaded, so it cannot be served (build it without -static)".into())
+fn check_elf(file: &File, head: &[u8; HEAD_BYTES]) -> Result<(), Unserved> {
+    elf::check(head, |offset, bytes| file.read_exact_at(bytes, offset).is_ok())
 }
 
 #[cfg(test)]
@@ -162,7 +121,7 @@ mod tests {
             if at == 56 {
                 other[57] = 0;
             }
-            assert!(check_elf(&exe, &other).unwrap_err().contains(word));
+            assert!(check_elf(&exe, &other).unwrap_err().reason().contains(word));
         }
         for at in 0..64 {
             for value in [0, 0x7f, 0xff] {

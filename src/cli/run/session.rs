@@ -6,11 +6,12 @@
 
 use super::super::args::address;
 use super::super::movie::{Clock, MovieWriter, Sampler};
-use super::super::{FrameSize, Status, say_as_program};
+use super::super::{FrameSize, Status, say_as_program, signals};
 use super::after::{After, Countdown};
 use super::input::Input;
 use super::picture::Pictures;
 use super::spawn::{self, Terminal};
+use super::told::Told;
 use super::{Refusal, Run};
 use crate::fbdev::{Device, DeviceOptions, Format, ScanOut};
 use crate::memory::VideoMemory;
@@ -53,8 +54,7 @@ struct Shared {
     server: Server,
     hz: u32,
     is_verbose: bool,
-    /// Number of refused requests that have been told.
-    told: Mutex<u32>,
+    told: Mutex<Told>,
     input: Mutex<Input>,
     /// Set while input is replayed.
     is_replayed: AtomicBool,
@@ -89,7 +89,8 @@ pub fn run(args: &Run) -> Result<Status, Refusal> {
     device.set_terminal(terminal.number());
     let console = terminal.path().to_owned();
     let (endings, ending) = bounded(8);
-    watch_signals(endings.clone()).map_err(refuse)?;
+    let told = endings.clone();
+    signals::watch(move || _ = told.try_send(Ending::Signal)).map_err(refuse)?;
     let shared = Shared {
         scan_out: Mutex::new(ScanOut::new(!args.serve.is_empty())),
         input: Mutex::new(Input::new(args, &device, &server, terminal)?),
@@ -97,7 +98,7 @@ pub fn run(args: &Run) -> Result<Status, Refusal> {
         server,
         hz: args.hz,
         is_verbose: args.verbose,
-        told: Mutex::new(0),
+        told: Mutex::default(),
         is_replayed: AtomicBool::new(false),
         countdown: Mutex::new(after.map(|after| Countdown::new(after, Instant::now()))),
         has_ended: AtomicBool::new(false),
@@ -144,18 +145,6 @@ fn wants_window(args: &Run) -> bool {
         say_as_program("built without windows: going on headless");
     }
     cfg!(feature = "window") && !args.headless
-}
-
-/// Ends the run in order on SIGINT or SIGTERM, and at once on a second signal.
-fn watch_signals(endings: Sender<Ending>) -> Result<(), String> {
-    let mut has_come = false;
-    ctrlc::set_handler(move || {
-        if std::mem::replace(&mut has_come, true) {
-            std::process::exit(130);
-        }
-        let _ = endings.try_send(Ending::Signal);
-    })
-    .map_err(|e| format!("signals cannot be watched: {e}"))
 }
 
 impl Shared {
@@ -236,6 +225,7 @@ impl Shared {
                 // Blanks that were missed do not come later.
                 None => blank += ((now - due).as_secs_f64() * f64::from(self.hz)) as u64,
             }
+            self.device.take_attributes();
             let shared = self.clone();
             let decide = move |is_changed| shared.has_come(is_changed);
             let Some((is_changed, picture)) = self.blank(decide) else { return };
@@ -248,12 +238,8 @@ impl Shared {
         }
     }
 
-    /// Tells which requests the device does not have, with `--verbose`.
     fn tell_refused(&self) {
-        if self.is_verbose {
-            let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-            self.device.refused_requests(&mut told).into_iter().for_each(say_as_program);
-        }
+        self.told.lock().unwrap_or_else(PoisonError::into_inner).tell(&self.device, self.is_verbose);
     }
 
     fn lock_input(&self) -> std::sync::MutexGuard<'_, Input> {

@@ -13,6 +13,7 @@ mod ps2;
 use super::device::Device;
 use super::keys::{self, LEFT_SHIFT};
 use super::layout as at;
+use crate::input::InputEvent;
 use evdev::{ABS, Batch, KEY, REL};
 use ps2::Ps2;
 use rustix::net::sockopt::socket_peercred;
@@ -26,37 +27,6 @@ const BEHIND: usize = 64 << 10;
 const READERS: usize = 64;
 /// Codes of the buttons: left, right, middle, in the order of PS/2.
 const BUTTONS: [(u8, u16); 3] = [(1, 0x110), (4, 0x111), (2, 0x112)];
-
-/// An event of the user.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum UserEvent {
-    /// A key, by its name in the protocol.
-    Key {
-        /// Name of the key.
-        name: String,
-        /// True if it went down.
-        down: bool,
-    },
-    /// A character was typed.
-    Text(char),
-    /// The pointer is at a pixel of the frame, and these buttons are held: 1 left, 2 middle, 4
-    /// right.
-    Mouse {
-        /// Column.
-        x: i32,
-        /// Row.
-        y: i32,
-        /// Sum of the buttons.
-        buttons: u8,
-    },
-    /// The wheel turned.
-    Wheel {
-        /// Steps to the right.
-        dx: i32,
-        /// Steps upwards.
-        dy: i32,
-    },
-}
 
 /// Kind of a device, in the order of their sockets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,21 +93,22 @@ impl InputDevices {
     }
 
     /// Passes an event to the devices. Returns the bytes that the console's terminal gets.
-    pub fn feed(&mut self, device: &Device, event: &UserEvent) -> Vec<u8> {
+    pub fn feed(&mut self, device: &Device, event: &InputEvent) -> Vec<u8> {
         match event {
-            UserEvent::Key { name, down } => {
+            InputEvent::Key { name, down } => {
                 let Some(key) = keys::by_name(name) else { return Vec::new() };
                 let mut batch = Batch::new();
                 batch.add(KEY, key.code.into(), i32::from(*down));
+                device.hold(key.code.into(), *down);
                 self.send(Kind::Keyboard, &batch);
                 console_key(device.word(at::KEYBOARD_MODE_AT), key, *down)
             }
-            UserEvent::Text(character) => console_text(device.word(at::KEYBOARD_MODE_AT), *character),
-            UserEvent::Mouse { x, y, buttons } => {
+            InputEvent::Text(character) => console_text(device.word(at::KEYBOARD_MODE_AT), *character),
+            InputEvent::Mouse { x, y, buttons } => {
                 self.move_pointer(device, *x, *y, *buttons);
                 Vec::new()
             }
-            UserEvent::Wheel { dx, dy } => {
+            InputEvent::Wheel { dx, dy } => {
                 let mut batch = Batch::new();
                 // REL_WHEEL, REL_HWHEEL
                 batch.add_unless_zero(REL, 8, *dy);
@@ -146,6 +117,7 @@ impl InputDevices {
                 self.send_mouse(0, 0, *dy);
                 Vec::new()
             }
+            InputEvent::Resize { .. } | InputEvent::Close => Vec::new(),
         }
     }
 
@@ -164,6 +136,7 @@ impl InputDevices {
         for (bit, code) in BUTTONS {
             if (old_buttons ^ buttons) & bit != 0 {
                 batch.add(KEY, code, i32::from(buttons & bit != 0));
+                device.hold(code, buttons & bit != 0);
             }
         }
         self.send(Kind::Pointer, &batch);
@@ -274,21 +247,21 @@ fn console_text(mode: u32, character: char) -> Vec<u8> {
     }
 }
 
-/// Returns the events of typing a character: its key, with shift where that is needed, and the
-/// character.
-pub fn typing(character: char) -> Vec<UserEvent> {
+/// Returns the events of typing a character: what goes down, with the character, and what goes up
+/// again.
+pub fn typing(character: char) -> [Vec<InputEvent>; 2] {
     let key = |code: u8, down| {
         let name = keys::KEYS.iter().find(|key| key.code == code).map_or("", |key| key.name);
-        UserEvent::Key { name: name.to_owned(), down }
+        InputEvent::Key { name: name.to_owned(), down }
     };
     // A terminal's line ends with a carriage return.
-    let text = UserEvent::Text(if character == '\n' { '\r' } else { character });
+    let text = InputEvent::Text(if character == '\n' { '\r' } else { character });
     match keys::by_character(character) {
-        None => vec![text],
-        Some((found, false)) => vec![key(found.code, true), text, key(found.code, false)],
+        None => [vec![text], Vec::new()],
+        Some((found, false)) => [vec![key(found.code, true), text], vec![key(found.code, false)]],
         Some((found, true)) => {
             let shift = |down| key(LEFT_SHIFT, down);
-            vec![shift(true), key(found.code, true), text, key(found.code, false), shift(false)]
+            [vec![shift(true), key(found.code, true), text], vec![key(found.code, false), shift(false)]]
         }
     }
 }
@@ -335,15 +308,15 @@ mod tests {
             (4, b"", b""),
         ] {
             device.set_word(at::KEYBOARD_MODE_AT, mode);
-            let key = |down| UserEvent::Key { name: "left".into(), down };
+            let key = |down| InputEvent::Key { name: "left".into(), down };
             assert_eq!(inputs.feed(&device, &key(true)), down, "mode {mode}");
             assert_eq!(inputs.feed(&device, &key(false)), up, "mode {mode}");
             let expected = [(1, 105, 1), (0, 0, 0), (1, 105, 0), (0, 0, 0)];
             assert_eq!(events(&read(&mut stream)), expected);
         }
-        assert_eq!(inputs.feed(&device, &UserEvent::Key { name: "none".into(), down: true }), b"");
+        assert_eq!(inputs.feed(&device, &InputEvent::Key { name: "none".into(), down: true }), b"");
         device.set_word(at::KEYBOARD_MODE_AT, 3);
-        let text = |c| UserEvent::Text(c);
+        let text = |c| InputEvent::Text(c);
         let typed = ['a', 'é', '\x08', '\x7f', '\r'].map(|c| inputs.feed(&device, &text(c)));
         assert_eq!(typed.concat(), "aé\x7f\r".as_bytes());
         device.set_word(at::KEYBOARD_MODE_AT, 1);
@@ -355,7 +328,7 @@ mod tests {
     fn the_pointer_moves_in_frame_pixels_and_stays_inside() {
         let (device, mut inputs, mut stream) = opened("event1");
         let mut mouse = |x, y, buttons| {
-            inputs.feed(&device, &UserEvent::Mouse { x, y, buttons });
+            inputs.feed(&device, &InputEvent::Mouse { x, y, buttons });
             events(&read(&mut stream))
         };
         assert_eq!(mouse(5, 0, 0), [(3, 0, 5), (0, 0, 0)]);
@@ -363,19 +336,19 @@ mod tests {
         assert_eq!(mouse(5, 7, 5), []);
         assert_eq!(mouse(i32::MAX, i32::MIN, 0).first(), Some(&(3, 0, 63)));
         assert_eq!((device.word(at::POINTER_AT), device.word(at::POINTER_AT + 4)), (63, 0));
-        inputs.feed(&device, &UserEvent::Wheel { dx: 0, dy: -2 });
+        inputs.feed(&device, &InputEvent::Wheel { dx: 0, dy: -2 });
         assert_eq!(events(&read(&mut stream)), [(2, 8, -2), (0, 0, 0)]);
     }
 
     #[test]
     fn a_mouse_answers_its_commands_and_moves_relatively() {
         let (device, mut inputs, mut stream) = opened("mice");
-        inputs.feed(&device, &UserEvent::Mouse { x: 10, y: 3, buttons: 1 });
+        inputs.feed(&device, &InputEvent::Mouse { x: 10, y: 3, buttons: 1 });
         assert_eq!(read(&mut stream), [0x29, 10, 253]);
         stream.write_all(&[0xf3, 200, 0xf3, 100, 0xf3, 80, 0xf2]).unwrap();
         inputs.poll();
         assert_eq!(read(&mut stream), [0xfa, 0xfa, 0xfa, 0xfa, 0xfa, 0xfa, 0xfa, 3]);
-        inputs.feed(&device, &UserEvent::Wheel { dx: 0, dy: 1 });
+        inputs.feed(&device, &InputEvent::Wheel { dx: 0, dy: 1 });
         assert_eq!(read(&mut stream), [9, 0, 0, 255]);
         drop(stream);
         inputs.poll();
@@ -386,7 +359,7 @@ mod tests {
     fn a_program_that_does_not_read_loses_events_only() {
         let (device, mut inputs, mut stream) = opened("event0");
         for _ in 0..20_000 {
-            inputs.feed(&device, &UserEvent::Key { name: "a".into(), down: true });
+            inputs.feed(&device, &InputEvent::Key { name: "a".into(), down: true });
         }
         assert!(inputs.readers[0].pending.len() <= BEHIND);
         // Whole events are lost, never parts of one.
@@ -405,11 +378,11 @@ mod tests {
     #[test]
     fn typing_presses_the_keys_that_give_the_character() {
         let names = |c| -> Vec<String> {
-            let name = |event: UserEvent| match event {
-                UserEvent::Key { name, down } => format!("{}{name}", if down { '+' } else { '-' }),
+            let name = |event: InputEvent| match event {
+                InputEvent::Key { name, down } => format!("{}{name}", if down { '+' } else { '-' }),
                 other => format!("{other:?}"),
             };
-            typing(c).into_iter().map(name).collect()
+            typing(c).into_iter().flatten().map(name).collect()
         };
         assert_eq!(names('A'), ["+leftshift", "+a", "Text('A')", "-a", "-leftshift"]);
         assert_eq!(names('\n'), ["+enter", "Text('\\r')", "-enter"]);

@@ -10,7 +10,8 @@ mod observer;
 
 pub use observer::DisplayObserver;
 
-use super::events::{Input, InputEvent};
+use super::events::Input;
+use crate::input::InputEvent;
 use crate::memory::{DepthMemory, FbPtr, MemoryBudget, MemoryUse, Reservation, Rgba, VideoMemory};
 use crossbeam_channel::{Receiver, Sender, bounded};
 use std::ops::Range;

@@ -7,6 +7,7 @@
 
 use crate::command::EndOfInput;
 use crate::error::{Code, Fault};
+use crate::input::InputEvent;
 use crate::server::engine::JobResult;
 use crate::server::jobs::Ticket;
 use crate::server::message::{Batch, ConnectionSource, Item, Medium, Message, OpenConnection, Port};
@@ -15,7 +16,7 @@ use crate::server::replay::Replay;
 use crate::server::reply_queue::ReplyQueue;
 use crate::server::sniff::{Foreign, Sniffer, Verdict};
 use crate::server::stream::Resume;
-use crate::server::{Budget, Engine, InputEvent, Notice, Output, Stream, StreamState};
+use crate::server::{Budget, Engine, Notice, Output, Stream, StreamState};
 use crossbeam_channel::Sender;
 use std::collections::VecDeque;
 use std::sync::Arc;

@@ -14,7 +14,7 @@ pub const ROOMS: Edges = &[
     // The search for cheaper settings measures their error: only exact pixels can.
     ("pipeline::quality", &["truth"]),
     ("truth", &["math", "memory", "scene"]),
-    ("fbdev", &["memory", "simd"]),
+    ("fbdev", &["input", "memory", "simd"]),
     ("command", &["draw2d", "error", "memory", "scene", "simd"]),
     ("load", &["cancel", "draw2d", "error", "math", "memory", "pipeline", "save", "scene"]),
     ("save", &["error", "memory"]),
@@ -22,8 +22,8 @@ pub const ROOMS: Edges = &[
     (
         "server",
         &[
-            "cancel", "command", "draw2d", "error", "executor", "eye", "load", "math", "memory", "pipeline",
-            "save", "scene",
+            "cancel", "command", "draw2d", "error", "executor", "eye", "input", "load", "math", "memory",
+            "pipeline", "save", "scene",
         ],
     ),
     ("viewer", &["command", "draw2d", "executor", "eye", "load", "memory", "pipeline", "scene", "server"]),
@@ -34,12 +34,12 @@ pub const ROOMS: Edges = &[
         "measure",
         &["draw2d", "executor", "eye", "math", "memory", "pipeline", "scene", "server", "simd", "truth"],
     ),
-    ("window", &["draw2d", "framebuffer", "memory", "save", "server", "simd", "viewer"]),
+    ("window", &["draw2d", "framebuffer", "input", "memory", "save", "server", "simd", "viewer"]),
     (
         "cli",
         &[
-            "command", "draw2d", "executor", "eye", "fbdev", "load", "measure", "memory", "pipeline", "save",
-            "scene", "server", "simd", "viewer", "window",
+            "command", "draw2d", "executor", "eye", "fbdev", "input", "load", "measure", "memory",
+            "pipeline", "save", "scene", "server", "simd", "viewer", "window",
         ],
     ),
 ];
@@ -256,9 +256,9 @@ pub const SERVER: Edges = &[
     ("shared_file", &["engine"]),
     ("stream", &["budget", "engine", "session"]),
     ("replay", &["budget", "engine", "read_files", "record", "session", "stream"]),
-    ("message", &["buffer_pool", "engine", "events", "reply_queue", "session", "stream"]),
+    ("message", &["buffer_pool", "engine", "reply_queue", "session", "stream"]),
     ("jobs", &["engine", "message", "workers"]),
-    ("client", &["events", "message", "stream"]),
+    ("client", &["message", "stream"]),
     ("transport", &["admission", "buffer_pool", "message", "reply_queue", "session", "stream"]),
     (
         "thread",

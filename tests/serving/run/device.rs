@@ -156,6 +156,14 @@ fn clients_of_the_protocol_see_the_program_and_draw_beside_it() {
 }
 
 #[test]
+fn signals_shorten_no_wait_for_the_picture() {
+    let folder = Folder::new("run-signals");
+    let Some(program) = compiled(&folder, "signals.c", &[]) else { return };
+    let output = run(&["--size", "64x48", "--hz", "10", "--"]).arg(&program).output().unwrap();
+    assert_eq!(text(&output.stdout), "failed 0 early 0, many signals: 1\n", "{output:?}");
+}
+
+#[test]
 fn page_flips_never_show_a_mixed_frame() {
     let folder = Folder::new("run-flips");
     let Some(program) = compiled(&folder, "flips.c", &[]) else { return };

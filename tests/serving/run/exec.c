@@ -13,7 +13,7 @@ extern char **environ;
 int main(int count, char **words)
 {
     const char *step = count > 1 ? words[1] : "0";
-    char *none[] = {NULL}, *other[] = {"LD_PRELOAD=", "A=b", NULL}, *next[] = {words[0], (char *[]){"1", "2", "3", "4", "5", "6"}[*step - '0'], NULL};
+    char *none[] = {NULL}, *other[] = {"LD_PRELOAD=", "A=b", NULL}, *next[] = {words[0], (char *[]){"1", "2", "3", "4", "5", "6", "7", "8", "9"}[*step - '0'], NULL};
     switch (*step) {
     case '0':
         execve("/proc/self/exe", next, none);
@@ -35,6 +35,23 @@ int main(int count, char **words)
         if (posix_spawn(&pid, "/proc/self/exe", NULL, NULL, next, none) || waitpid(pid, &status, 0) != pid)
             return 14;
         return WIFEXITED(status) ? WEXITSTATUS(status) : 15;
+    }
+    case '5':
+        execle("/proc/self/exe", words[0], "6", "more", "words", "than", "registers", "hold", "7", "8", "9", "10", NULL, none);
+        return 18;
+    case '6':
+        if (count != 11 || strcmp(words[2], "more") || strcmp(words[10], "10"))
+            return 19;
+        environ = (char *[]){"PATH=/bin:/usr/bin", NULL};
+        execlp("env", "env", words[0], "7", NULL);
+        return 20;
+    case '7': {
+        char command[4200];
+        unsetenv("LD_PRELOAD");
+        unsetenv("FBPTR_RUN");
+        snprintf(command, sizeof command, "exec '%s' 8", words[0]);
+        int status = system(command);
+        return WIFEXITED(status) ? WEXITSTATUS(status) : 21;
     }
     default: {
         int fd = open("/dev/fb0", O_RDWR);

@@ -5,6 +5,7 @@ mod device;
 mod endings;
 mod input;
 mod packages;
+mod places;
 
 use super::support::Folder;
 use crate::tools;

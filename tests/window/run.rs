@@ -1,0 +1,38 @@
+//! The window of `fbptr run`: its size, and its end by others.
+
+use crate::screen::{Folder, Guard, Screen};
+use std::process::{Command, Stdio};
+
+/// Starts a program that draws, and ends with status 7 when it is asked to.
+fn start(screen: &Screen, folder: &Folder, options: &[&str]) -> Guard {
+    let script = "printf '\\377\\200\\100' > /dev/fb0; trap 'exit 7' TERM; while :; do sleep 0.05; done";
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fbptr"));
+    command.arg("run").args(options).args(["--", "sh", "-c", script]);
+    command.current_dir(&folder.0).env("DISPLAY", &screen.display).env_remove("WAYLAND_DISPLAY");
+    Guard(command.stdin(Stdio::null()).spawn().expect("it starts"))
+}
+
+#[test]
+fn a_window_that_others_destroy_ends_the_program_in_order() {
+    let folder = Folder::new("run-window");
+    let Some(screen) = Screen::start(&folder.0) else { return };
+    // The first ends the connection to the window system, as xkill does; the other the window alone.
+    for how in ["windowkill", "windowclose"] {
+        let snap = folder.0.join(format!("{how}.png"));
+        let mut run =
+            start(&screen, &folder, &["--size", "320x200", "--snap", snap.to_str().expect("a name")]);
+        screen.xdotool(&[how, &screen.window()]);
+        assert_eq!(run.0.wait().expect("it ends").code(), Some(7), "{how}: the program's own status");
+        let picture = image::open(&snap).expect("the frame at the end").to_rgb8();
+        assert_eq!(picture.get_pixel(0, 0).0, [64, 128, 255], "{how}");
+    }
+}
+
+#[test]
+fn a_tubes_window_opens_with_room_for_its_lines() {
+    let folder = Folder::new("run-tube");
+    let Some(screen) = Screen::start(&folder.0) else { return };
+    let _run = start(&screen, &folder, &["--crt", "--size", "600x400"]);
+    let [_, _, w, h] = screen.place(&screen.window());
+    assert_eq!([w, h], [1800, 1200], "three window pixels for each of the frame's");
+}
