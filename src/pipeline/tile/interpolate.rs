@@ -79,6 +79,16 @@ impl FragmentShader<'_> {
     ) -> (ReflectedLight<S>, S::M) {
         let mut needs_f64 = s.mask(0);
         let b = inputs.barycentrics.weights();
+        // One call for either table: all of this is compiled in line, for each width.
+        let table = match self.source {
+            ColorSource::Vertices(table, _) => table,
+            ColorSource::Pixels(normals) if !lighting.lights.is_empty() => normals,
+            _ => &[],
+        };
+        let blended = match table.is_empty() {
+            true => [s.splat(0.0); 3],
+            false => blend(s, mask, table, &inputs.corners, b),
+        };
         let (mut diffuse, specular) = match self.source {
             ColorSource::Constant => (splat3(s, lighting.diffuse), splat3(s, lighting.specular)),
             ColorSource::Faces(diffuse, specular) => {
@@ -92,25 +102,23 @@ impl FragmentShader<'_> {
                 };
                 ([r, g, b], specular)
             }
-            ColorSource::Vertices(diffuse, specular) => {
-                let diffuse = blend(s, mask, diffuse, &inputs.corners, b);
+            ColorSource::Vertices(_, specular) => {
                 let specular = match specular.is_empty() {
                     true => [s.splat(0.0); 3],
                     false => blend(s, mask, specular, &inputs.corners, b),
                 };
-                (diffuse, specular)
+                (blended, specular)
             }
             ColorSource::Pixels(_) if lighting.lights.is_empty() => {
                 (splat3(s, lighting.diffuse), splat3(s, lighting.specular))
             }
-            ColorSource::Pixels(normals) => {
-                let n = blend(s, mask, normals, &inputs.corners, b);
-                let length2 = dot::<S>(n, n);
+            ColorSource::Pixels(_) => {
+                let length2 = dot::<S>(blended, blended);
                 // Normals that cancel fall back to the face's, in f64.
                 needs_f64 = mask & !s.splat(1e-4).le(length2);
                 let n_inverse = s.splat(1.0) / length2.sqrt();
                 let n_inverse = s.select(inputs.turn, s.splat(0.0) - n_inverse, n_inverse);
-                let normal = scale::<S>(n, n_inverse);
+                let normal = scale::<S>(blended, n_inverse);
                 let (position, to_viewer) = self.position_and_viewer(s, mask, inputs, b);
                 let lit = light(s, lighting, position, normal, to_viewer);
                 needs_f64 = needs_f64 | (lit.needs_f64 & mask);
@@ -135,21 +143,17 @@ impl FragmentShader<'_> {
         inputs: &FragmentInputs<'_, S>,
         b: [S::F; 3],
     ) -> (V3<S>, V3<S>) {
-        match self.eye {
-            Eye::Perspective { ray } => {
-                let ray = ray_at(s, ray, inputs.at.0, inputs.at.1);
-                let back = s.splat(-1.0) / dot::<S>(ray, ray).sqrt();
-                (scale::<S>(ray, inputs.barycentrics.w), scale::<S>(ray, back))
-            }
-            Eye::Interpolated => {
-                let position = blend(s, mask, self.positions, &inputs.corners, b);
-                let back = s.splat(-1.0) / dot::<S>(position, position).sqrt();
-                (position, scale::<S>(position, back))
-            }
-            Eye::Parallel { to_viewer } => {
-                (blend(s, mask, self.positions, &inputs.corners, b), splat3(s, to_viewer))
-            }
+        if let Eye::Perspective { ray } = self.eye {
+            let ray = ray_at(s, ray, inputs.at.0, inputs.at.1);
+            let back = s.splat(-1.0) / dot::<S>(ray, ray).sqrt();
+            return (scale::<S>(ray, inputs.barycentrics.w), scale::<S>(ray, back));
         }
+        let position = blend(s, mask, self.positions, &inputs.corners, b);
+        let to_viewer = match self.eye {
+            Eye::Parallel { to_viewer } => splat3(s, to_viewer),
+            _ => scale::<S>(position, s.splat(-1.0) / dot::<S>(position, position).sqrt()),
+        };
+        (position, to_viewer)
     }
 
     /// Returns the positions of pixels in the fog's space, 0 without fog.

@@ -189,17 +189,16 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         }
         let mut few = Few { count: 0, pixels: [narrow; MOST_FEW], vertices: [[0; 3]; MOST_FEW] };
         let (inputs, bindings) = self.faces.fragment_inputs(s, narrow, ids, at, &mut few);
-        if self.faces.shading.bindings.len() == 1 {
-            self.binding(s, narrow, 0, &inputs, (x, y), queue);
-            return;
-        }
         // One material after the other; most blocks show one.
+        let is_only = self.faces.shading.bindings.len() == 1;
         let mut numbers = [0; 16];
-        s.store_i(bindings, &mut numbers[..S::LANES]);
+        if !is_only {
+            s.store_i(bindings, &mut numbers[..S::LANES]);
+        }
         let mut left = narrow;
         while left.any() {
             let number = numbers[left.bits().trailing_zeros() as usize];
-            let same = left & bindings.eq(s.splat_i(number));
+            let same = if is_only { left } else { left & bindings.eq(s.splat_i(number)) };
             left = left & !same;
             self.binding(s, same, number as usize, &inputs, (x, y), queue);
         }
