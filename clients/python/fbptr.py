@@ -210,6 +210,36 @@ class Verbs:
         """
         self._send_verb("TEXT", x, y, _colour(c), payload=utf8)
 
+    def print(self, x, y, c, text):
+        """`PRINT x y c text ...`: writes the rest of the line as TEXT does; no :N is read in it."""
+        self._send_verb("PRINT", x, y, _colour(c), text)
+
+    def wideline(self, x0, y0, x1, y1, w, c):
+        """`WIDELINE x0 y0 x1 y1 w c`: draws a line w wide with round ends: the pixel centres
+        nearer than w/2; reals.
+        """
+        self._send_verb("WIDELINE", x0, y0, x1, y1, w, _colour(c))
+
+    def ellipse(self, cx, cy, rx, ry, c):
+        """`ELLIPSE cx cy rx ry c`: draws the rim of what FILLELLIPSE fills; reals."""
+        self._send_verb("ELLIPSE", cx, cy, rx, ry, _colour(c))
+
+    def fillellipse(self, cx, cy, rx, ry, c):
+        """`FILLELLIPSE cx cy rx ry c`: fills the pixel centres inside an ellipse; reals."""
+        self._send_verb("FILLELLIPSE", cx, cy, rx, ry, _colour(c))
+
+    def arc(self, cx, cy, inner, outer, from, to, c):
+        """`ARC cx cy inner outer from to c`: fills the part of a ring between two angles,
+        clockwise from the right; reals.
+        """
+        self._send_verb("ARC", cx, cy, inner, outer, from, to, _colour(c))
+
+    def bezier(self, x0, y0, x1, y1, x2, y2, x3, y3, w, c):
+        """`BEZIER x0 y0 x1 y1 x2 y2 x3 y3 w c`: draws a cubic Bezier curve w wide with round
+        ends; reals.
+        """
+        self._send_verb("BEZIER", x0, y0, x1, y1, x2, y2, x3, y3, w, _colour(c))
+
     def lineaa(self, x0, y0, x1, y1, c):
         """`LINEAA x0 y0 x1 y1 c`: draws an anti-aliased line by exact coverage; reals."""
         self._send_verb("LINEAA", x0, y0, x1, y1, _colour(c))
@@ -217,6 +247,16 @@ class Verbs:
     def blend(self, mode):
         """`BLEND replace|over`: stores colours as they are, or composes them source-over."""
         self._send_verb("BLEND", mode)
+
+    def textsize(self, size):
+        """`TEXTSIZE 1|2|3|4|5|6|7|8`: makes the letters of TEXT and PRINT so many times as
+        large.
+        """
+        self._send_verb("TEXTSIZE", size)
+
+    def image(self, x, y, file):
+        """`IMAGE x y :N`: puts a PNG or JPEG picture with its upper left corner at (x,y)."""
+        self._send_verb("IMAGE", x, y, payload=file)
 
     def mesh(self, name, *source, payload=None):
         """`MESH name OBJ :N`: makes a mesh from the N bytes of an OBJ file.
@@ -319,7 +359,7 @@ class Verbs:
         self._send_verb("TRANSLATE", x, y, z)
 
     def rotate(self, ax, ay, az, angle):
-        """`ROTATE ax ay az angle`: turns about an axis, in radians."""
+        """`ROTATE ax ay az angle`: turns about an axis; in radians, or as 45deg."""
         self._send_verb("ROTATE", ax, ay, az, angle)
 
     def scale(self, x, y, z):

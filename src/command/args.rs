@@ -103,6 +103,16 @@ impl<'a> Args<'a> {
         self.last
     }
 
+    /// Takes all of the line after the blank that follows the word taken last, blanks included.
+    pub fn rest(&mut self) -> &'a [u8] {
+        let rest = match self.rest {
+            [first, rest @ ..] if is_blank(*first) => rest,
+            rest => rest,
+        };
+        (self.rest, self.taken, self.last) = (b"", self.count, rest);
+        rest
+    }
+
     /// Returns the error for the word taken last, which must be `what`.
     pub fn refuse<T>(&self, code: Code, what: &str, word: &[u8]) -> Result<T, ParseError> {
         Err(ParseError::new(code, format!("argument {} must be {what}", self.taken), word))
@@ -144,6 +154,21 @@ impl<'a> Args<'a> {
         }
     }
 
+    /// Takes an angle: a finite real in radians, or in degrees before `deg`. Returns radians.
+    pub fn angle(&mut self) -> Result<f64, ParseError> {
+        let word = self.word();
+        let radians = match word {
+            [digits @ .., b'd' | b'D', b'e' | b'E', b'g' | b'G'] => parse_real(digits).map(f64::to_radians),
+            digits => parse_real(digits),
+        };
+        match radians {
+            Some(n) => Ok(n),
+            None => {
+                self.refuse(Code::Num, "an angle: a finite decimal number, in radians or before deg", word)
+            }
+        }
+    }
+
     /// Takes `N` finite reals.
     pub fn reals<const N: usize>(&mut self) -> Result<[f64; N], ParseError> {
         let mut numbers = [0.0; N];
@@ -165,7 +190,7 @@ impl<'a> Args<'a> {
             Some(color) => Ok(color),
             None => self.refuse(
                 Code::Colour,
-                "a colour: gg, rrggbb or rrggbbaa in hex, or a CSS colour name",
+                "a colour: gg, rrggbb or rrggbbaa in hex, #rgb or a CSS colour name",
                 word,
             ),
         }
@@ -350,6 +375,24 @@ mod tests {
             "é",
         ] {
             assert_eq!(parse_real(word.as_bytes()), None, "{word}");
+        }
+    }
+
+    #[test]
+    fn angles_are_radians_or_degrees() {
+        let angle = |word: &str| Args::new(word.as_bytes()).angle().ok();
+        for (word, radians) in [
+            ("1.5", 1.5),
+            ("180deg", std::f64::consts::PI),
+            ("-90DEG", -std::f64::consts::FRAC_PI_2),
+            ("4.5e1deg", std::f64::consts::FRAC_PI_4),
+            ("0deg", 0.0),
+        ] {
+            assert_eq!(angle(word), Some(radians), "{word}");
+        }
+        for word in ["deg", "45 deg", "45degdeg", "45de", "infdeg", "1e999deg", "45rad", "45°"] {
+            let whole = word.split(' ').count() == 1;
+            assert!(angle(word).is_none() || !whole, "{word}");
         }
     }
 

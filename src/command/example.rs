@@ -6,7 +6,7 @@ use super::args::{Args, ParseError};
 use super::arguments::*;
 use super::codec::{Codec, Parse};
 use super::encode::{EncodeError, LineWriter};
-use super::verb::{Arity, Encoding, Form, Group, Payload, Reply, Verb};
+use super::verb::{Arity, Encoding, Form, Group, Payload, Reach, Reply, Verb};
 use super::verb_macros::*;
 use crate::error::{Code, Fault};
 use crate::memory::Rgba;
@@ -18,7 +18,7 @@ macro_rules! example_verbs { ($($with:tt)*) => { $($with)* ! {
 nested [];
 
 TwoD Text Command {
-    CROSS Cross { x: i32, y: i32, r: i32 = Radius, color["c"]: Rgba } = fn cross:
+    CROSS Cross { x: i32, y: i32, r: i32 = Radius, color["c"]: Rgba } = fn cross in clip:
         "draws a cross of two lines, r pixels to each side of a pixel" eg "CROSS 32 24 10 white";
 }
 }}}

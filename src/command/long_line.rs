@@ -1,8 +1,9 @@
 //! Scanner for the rest of a line over the length limit. Stores nothing of it except the payload
 //! length of a final `:N`.
 
-use super::args::is_blank;
+use super::args::{is_blank, words};
 use super::decoder::PayloadLength;
+use super::verb::Verb;
 
 /// State of the last word so far.
 #[derive(Clone, Copy)]
@@ -22,16 +23,17 @@ pub(super) struct LongLine {
     between: bool,
     /// Set after a CR that is not counted yet: directly before LF it is not part of the line.
     held_cr: bool,
-    /// Set for a comment, which announces no payload.
-    comment: bool,
+    /// Set for a comment, or a verb whose text is the rest of the line: it announces no payload.
+    is_text: bool,
     ended: bool,
 }
 
 impl LongLine {
     /// Starts with `head`, the beginning of the line, which may end with its LF.
     pub fn new(head: &[u8]) -> Self {
-        let comment = head.first() == Some(&b'#');
-        let mut line = LongLine { last: Word::Plain, between: true, held_cr: false, comment, ended: false };
+        let verb = words(head).next().and_then(Verb::find);
+        let is_text = head.first() == Some(&b'#') || verb.is_some_and(Verb::takes_rest_of_line);
+        let mut line = LongLine { last: Word::Plain, between: true, held_cr: false, is_text, ended: false };
         line.read(head);
         line
     }
@@ -72,7 +74,7 @@ impl LongLine {
     /// `None` before.
     pub fn payload(&self) -> Option<PayloadLength> {
         self.ended.then_some(match self.last {
-            Word::After(payload_length) if !self.comment => payload_length,
+            Word::After(payload_length) if !self.is_text => payload_length,
             _ => PayloadLength::Length(0),
         })
     }

@@ -41,4 +41,4 @@ pub use stream_error::{
     StreamError, Subject, format_error, format_fault, format_play_error, format_play_fault,
 };
 pub(crate) use table::verbs;
-pub use verb::{Encoding, Form, Group, Parameter, ParameterKind, Payload, Reply, Verb};
+pub use verb::{Encoding, Form, Group, Parameter, ParameterKind, Payload, Reach, Reply, Verb};

@@ -14,7 +14,7 @@ use super::arguments::*;
 use super::codec::{Codec, Parse};
 use super::commands::{ErrorMode, FileKind, LightCommand, MeshSource, Quality, Shears, SnapTarget};
 use super::encode::{EncodeError, LineWriter};
-use super::verb::{Arity, Encoding, Form, Group, Payload, Reply, Verb};
+use super::verb::{Arity, Encoding, Form, Group, Payload, Reach, Reply, Verb};
 use super::verb_macros::*;
 use crate::draw2d::{AreaColors, RampColor, RealRect, Rect};
 use crate::error::Fault;
@@ -33,7 +33,7 @@ Pixelflut Text Command {
     HELP Help = fn help -> Lines: "lists the verbs" eg "HELP";
     SIZE Size = fn size -> Line: "answers SIZE width height" eg "SIZE";
     PX Pixel { x: i32, y: i32, color: Rgba } = fn moved_pixel
-        | GetPixel { x: i32, y: i32 } = fn asked_pixel -> ByForm: [
+        | GetPixel { x: i32, y: i32 } = fn asked_pixel -> ByForm in clip: [
         "PX x y rrggbb": "sets a pixel to a colour in hex, moved by OFFSET",
         "PX x y rrggbbaa": "sets a pixel and its alpha; under BLEND over it is composed",
         "PX x y gg": "sets a pixel to a grey in hex",
@@ -42,10 +42,10 @@ Pixelflut Text Command {
     ] eg "PX 8 6 ff8000";
 }
 Pixelflut Binary Command {
-    PB BinaryPixel { x: u16, y: u16, color: Rgba = RawColor } = fn binary_pixel: [
+    PB BinaryPixel { x: u16, y: u16, color: Rgba = RawColor } = fn binary_pixel in clip: [
         "PBxxyyrgba": "sets a pixel in ten bytes: PB, x and y as u16 little-endian, r, g, b, a; no newline",
     ] eg "PB\x08\0\x06\0\x7f\0\0\x7f";
-    PXMULTI PixelRun { x: u16, y: u16, rgba: Vec<u8> = Run } = fn pixel_run: [
+    PXMULTI PixelRun { x: u16, y: u16, rgba: Vec<u8> = Run } = fn pixel_run in clip: [
         "PXMULTIxxyynnnn": "then nnnn (u32) times rgba: a run of pixels from (x,y) on, wrapping at row ends",
     ] eg "PXMULTI\x08\0\x06\0\x01\0\0\0\x7f\0\0\x7f";
 }
@@ -57,53 +57,77 @@ Pixelflut Text Command {
 }
 
 Memory Text Command {
-    POKE Poke { offset: i32, bytes["hexbytes"]: Vec<u8> = HexBytes } = fn poke:
+    POKE Poke { offset: i32, bytes["hexbytes"]: Vec<u8> = HexBytes } = fn poke in target:
         "writes bytes; offset = (width*y + x)*4, bytes R G B A" eg "POKE 16 ff8000ff";
-    PEEK Peek { offset: i32, n: i32 = ByteCount } = fn peek -> Line: "answers PEEK offset hexbytes"
+    PEEK Peek { offset: i32, n: i32 = ByteCount } = fn peek -> Line in target: "answers PEEK offset hexbytes"
         eg "PEEK 16 4";
-    BLIT Blit { rect["x y w h"]: Rect, rgba[":N"]: Vec<u8> = Bytes } = fn blit with check_length = blit_length:
+    BLIT Blit { rect["x y w h"]: Rect, rgba[":N"]: Vec<u8> = Bytes } = fn blit with check_length = blit_length in clip:
         "draws a rectangle of RGBA rows, N = w*h*4 bytes" eg "BLIT 8 6 1 1 :4\nRGBA";
-    READ Read { rect["x y w h"]: Rect } = fn read -> Bytes: "answers READ x y w h :N and the RGBA rows"
+    READ Read { rect["x y w h"]: Rect } = fn read -> Bytes in target: "answers READ x y w h :N and the RGBA rows"
         eg "READ 8 6 2 1";
-    COPY Copy { source["sx sy w h"]: Rect, dx: i32, dy: i32 } = fn copy:
+    COPY Copy { source["sx sy w h"]: Rect, dx: i32, dy: i32 } = fn copy in clip:
         "copies a rectangle, as through a temporary copy" eg "COPY 0 0 16 16 20 10";
-    POINTS Points { packed[":N"]: Vec<u8> = Records } = fn points:
+    POINTS Points { packed[":N"]: Vec<u8> = Records } = fn points in clip:
         "draws packed pixels, 8 bytes each: x and y as u16 little-endian, r, g, b, a"
         eg "POINTS :8\n\x08\0\x06\0\x7f\0\0\x7f";
-    CRC Crc { rect["[x y w h]"]: Option<Rect> } = fn crc -> Line:
+    CRC Crc { rect["[x y w h]"]: Option<Rect> } = fn crc -> Line in target:
         "answers CRC xxxxxxxx, the CRC-32 of the RGBA bytes" eg "CRC 0 0 16 16";
-    CLEAR Clear { color["[colour]"]: Rgba = ClearColor } = fn clear:
+    CLEAR Clear { color["[colour]"]: Rgba = ClearColor } = fn clear in clip:
         "fills the frame (default 000000ff) and clears the depth" eg "CLEAR 204060";
 }
 
 TwoD Text Figure {
-    LINE Line { p0["x0 y0"]: [i32; 2], p1["x1 y1"]: [i32; 2], color["c0 [c1]"]: RampColor } = fn line:
+    LINE Line { p0["x0 y0"]: [i32; 2], p1["x1 y1"]: [i32; 2], color["c0 [c1]"]: RampColor } = fn line in clip:
         "draws a line, both ends lit; with c1 the colour runs from c0 to c1" eg "LINE 0 0 63 47 red yellow";
-    TRI Triangle { points["x0 y0 x1 y1 x2 y2"]: [[i32; 2]; 3], colors["c0 [c1 c2]"]: AreaColors } = fn triangle:
+    TRI Triangle { points["x0 y0 x1 y1 x2 y2"]: [[i32; 2]; 3], colors["c0 [c1 c2]"]: AreaColors } = fn triangle in clip:
         "draws a triangle's three lines" eg "TRI 8 6 40 10 20 40 white";
-    FILL Fill { points["x0 y0 x1 y1 x2 y2"]: [[f64; 2]; 3], colors["c0 [c1 c2]"]: AreaColors } = fn fill:
+    FILL Fill { points["x0 y0 x1 y1 x2 y2"]: [[f64; 2]; 3], colors["c0 [c1 c2]"]: AreaColors } = fn fill in clip:
         "fills a triangle, colours interpolated; reals" eg "FILL 8.5 6 40 10 20 40 red lime blue";
-    RECT Rect { rect["x y w h"]: Rect, color["c"]: Rgba } = fn rect: "draws the border of a rectangle"
+    RECT Rect { rect["x y w h"]: Rect, color["c"]: Rgba } = fn rect in clip: "draws the border of a rectangle"
         eg "RECT 8 6 40 30 white";
-    FILLRECT FillRect { rect["x y w h"]: RealRect, color["c"]: Rgba } = fn fill_rect:
+    FILLRECT FillRect { rect["x y w h"]: RealRect, color["c"]: Rgba } = fn fill_rect in clip:
         "fills the pixels with centres in [x,x+w) x [y,y+h); reals" eg "FILLRECT 8.5 6 40 30.25 white";
-    CIRCLE Circle { cx: i32, cy: i32, r: i32 = Radius, color["c"]: Rgba } = fn circle:
+    CIRCLE Circle { cx: i32, cy: i32, r: i32 = Radius, color["c"]: Rgba } = fn circle in clip:
         "draws a circle about a pixel" eg "CIRCLE 32 24 20 white";
-    FILLCIRCLE FillCircle { cx: f64, cy: f64, r: f64 = RealRadius, color["c"]: Rgba } = fn fill_circle:
+    FILLCIRCLE FillCircle { cx: f64, cy: f64, r: f64 = RealRadius, color["c"]: Rgba } = fn fill_circle in clip:
         "fills the pixel centres nearer than r to a point; reals" eg "FILLCIRCLE 32.5 24 19.5 ff800080";
-    POLY Poly { color["c"]: Rgba, points["x0 y0 [x1 y1 ...]"]: Vec<[i32; 2]> } = fn poly:
+    POLY Poly { color["c"]: Rgba, points["x0 y0 [x1 y1 ...]"]: Vec<[i32; 2]> } = fn poly in clip:
         "draws a closed outline" eg "POLY white 8 6 40 10 20 40";
-    FILLPOLY FillPoly { color["c"]: Rgba, points["x0 y0 [x1 y1 ...]"]: Vec<[f64; 2]> } = fn fill_poly:
+    FILLPOLY FillPoly { color["c"]: Rgba, points["x0 y0 [x1 y1 ...]"]: Vec<[f64; 2]> } = fn fill_poly in clip:
         "fills a polygon, even-odd; reals" eg "FILLPOLY white 8.5 6 40 10 20 40";
-    TEXT Text { x: i32, y: i32, color["c"]: Rgba, utf8[":N"]: Vec<u8> = Utf8 } = fn text:
+    TEXT Text { x: i32, y: i32, color["c"]: Rgba, utf8[":N"]: Vec<u8> = Utf8 } = fn text in clip:
         "writes N bytes of UTF-8 in 8x8 letters from the upper left corner (x,y)"
         eg "TEXT 2 2 white :5\nhello";
-    LINEAA LineAa { p0["x0 y0"]: [f64; 2], p1["x1 y1"]: [f64; 2], color["c"]: Rgba } = fn line_aa:
+    PRINT Print { x: i32, y: i32, color["c"]: Rgba, text["text ..."]: String = RestOfLine } = fn print in clip:
+        "writes the rest of the line as TEXT does; no :N is read in it" eg "PRINT 2 2 white hello, world";
+    WIDELINE WideLine {
+        p0["x0 y0"]: [f64; 2], p1["x1 y1"]: [f64; 2], width["w"]: f64 = LineWidth, color["c"]: Rgba,
+    } = fn wide_line in clip: "draws a line w wide with round ends: the pixel centres nearer than w/2; reals"
+        eg "WIDELINE 8.5 40 50 8 6.5 gold";
+    ELLIPSE Ellipse { center["cx cy"]: [f64; 2], radii["rx ry"]: [f64; 2] = Radii, color["c"]: Rgba } = fn ellipse in clip:
+        "draws the rim of what FILLELLIPSE fills; reals" eg "ELLIPSE 32 24 30 18.5 white";
+    FILLELLIPSE FillEllipse {
+        center["cx cy"]: [f64; 2], radii["rx ry"]: [f64; 2] = Radii, color["c"]: Rgba,
+    } = fn fill_ellipse in clip: "fills the pixel centres inside an ellipse; reals" eg "FILLELLIPSE 32 24 30 18.5 teal";
+    ARC Arc {
+        center["cx cy"]: [f64; 2], radii["inner outer"]: [f64; 2] = Radii, angles["from to"]: [f64; 2] = Angles,
+        color["c"]: Rgba,
+    } = fn arc in clip: "fills the part of a ring between two angles, clockwise from the right; reals"
+        eg "ARC 32 24 12 20 -90deg 45deg tomato";
+    BEZIER Bezier {
+        points["x0 y0 x1 y1 x2 y2 x3 y3"]: [[f64; 2]; 4], width["w"]: f64 = LineWidth, color["c"]: Rgba,
+    } = fn bezier in clip: "draws a cubic Bezier curve w wide with round ends; reals"
+        eg "BEZIER 4 40 20 -20 44 70 60 8 3 white";
+    LINEAA LineAa { p0["x0 y0"]: [f64; 2], p1["x1 y1"]: [f64; 2], color["c"]: Rgba } = fn line_aa in clip:
         "draws an anti-aliased line by exact coverage; reals" eg "LINEAA 0.5 0 63 47.25 white";
 }
 TwoD Text Command {
     BLEND Blend { over["replace|over"]: bool = BlendOver } = fn set_blend:
         "stores colours as they are, or composes them source-over" eg "BLEND over";
+    TEXTSIZE TextSize { size["1|2|3|4|5|6|7|8"]: i32 = TextScale } = fn set_text_size:
+        "makes the letters of TEXT and PRINT so many times as large" eg "TEXTSIZE 2";
+    IMAGE Image { x: i32, y: i32, file[":N"]: Vec<u8> = Bytes } = job image_job in clip:
+        "puts a PNG or JPEG picture with its upper left corner at (x,y)" eg "IMAGE 8 6 :3\nPNG";
 }
 
 ThreeD Text Command {
@@ -134,7 +158,7 @@ ThreeD Text Command {
 }
 ThreeD Text Projection {
     PERSPECTIVE Perspective {
-        fov_rad["fov"]: f64, near: f64, far: f64, on_smaller_side["[FOVMIN]"]: bool = FovMin,
+        fov_rad["fov"]: f64 = Angle, near: f64, far: f64, on_smaller_side["[FOVMIN]"]: bool = FovMin,
     }: "sees in perspective; the angle is vertical, or on the smaller side" eg "PERSPECTIVE 0.8 0.1 100";
     PLANE Plane { d: f64, near: f64, far: f64 }: "sees in perspective on a view plane at distance d"
         eg "PLANE 2 0.1 100";
@@ -145,7 +169,7 @@ ThreeD Text Projection {
         "ORTHO l r b t near far": "sees in parallel",
     ] eg "ORTHO -4 4 -3 3 0.1 100";
     OBLIQUE Oblique {
-        kind["cavalier|cabinet"]: ObliqueKind, angle_rad["angle"]: f64, window["l r b t"]: [f64; 4],
+        kind["cavalier|cabinet"]: ObliqueKind, angle_rad["angle"]: f64 = Angle, window["l r b t"]: [f64; 4],
         near: f64, far: f64,
     }: "sees in oblique parallel" eg "OBLIQUE cabinet 0.785 -4 4 -3 3 0.1 100";
     ISOMETRIC Isometric { window["l r b t"]: [f64; 4], near: f64, far: f64 }: "sees isometrically"
@@ -165,8 +189,8 @@ ThreeD Text Command {
     POP Pop = fn pop_matrix: "brings back the model matrix kept last" eg "POP";
     TRANSLATE Translate(by["x y z"]: DVec3) = fn translate_model:
         "multiplies the model matrix on the right, as the next four do" eg "TRANSLATE 1 0 -2";
-    ROTATE Rotate { axis["ax ay az"]: DVec3, angle_rad["angle"]: f64 } = fn rotate_model:
-        "turns about an axis, in radians" eg "ROTATE 0 1 0 0.5";
+    ROTATE Rotate { axis["ax ay az"]: DVec3, angle_rad["angle"]: f64 = Angle } = fn rotate_model:
+        "turns about an axis; in radians, or as 45deg" eg "ROTATE 0 1 0 45deg";
     SCALE Scale(by["x y z"]: DVec3) = fn scale_model: "scales along the axes" eg "SCALE 2 2 2";
     SHEAR Shear(by["xy xz yx yz zx zy"]: Box<Shears>) = fn shear_model:
         "shears: x' = x + xy*y + xz*z and so on" eg "SHEAR 0.5 0 0 0 0 0";
@@ -195,14 +219,14 @@ ThreeD Text Command {
     CULL Cull(mode["back|front|none"]: Cull) = fn set_cull: "chooses the faces to leave out" eg "CULL back";
     HIDE Hide(mode["zbuffer|painter|none"]: HiddenSurface) = fn set_hide:
         "chooses how hidden surfaces are found" eg "HIDE zbuffer";
-    DEPTH Depth(format["u16|u24|u32|f32|reversed"]: DepthFormat) = fn set_depth_format:
+    DEPTH Depth(format["u16|u24|u32|f32|reversed"]: DepthFormat) = fn set_depth_format in target:
         "chooses how depth is stored, and clears it" eg "DEPTH u24";
     INTERP Interp(mode["perspective|affine"]: Interpolation) = fn set_interpolation:
         "chooses how values run across a face" eg "INTERP affine";
-    DRAW Draw { name: String } = fn draw: "draws a mesh" eg "DRAW pot";
-    DRAWSCENE DrawScene { time["[time]"]: f64 = SceneTime, sorted["[SORTED]"]: bool = Sorted } = fn draw_scene:
+    DRAW Draw { name: String } = fn draw in clip: "draws a mesh" eg "DRAW pot";
+    DRAWSCENE DrawScene { time["[time]"]: f64 = SceneTime, sorted["[SORTED]"]: bool = Sorted } = fn draw_scene in clip:
         "draws the scene at a time, transparent faces in order or sorted" eg "DRAWSCENE 1.5 SORTED";
-    DRAWEYE DrawEye { name: String, rect["x y w h"]: Rect } = fn draw_eye:
+    DRAWEYE DrawEye { name: String, rect["x y w h"]: Rect } = fn draw_eye in clip:
         "draws an N-dimensional scene into a rectangle" eg "DRAWEYE world 0 0 64 48";
     QUALITY Quality(quality: Quality) = fn set_quality: [
         "QUALITY exact": "draws exactly",
@@ -211,9 +235,9 @@ ThreeD Text Command {
 }
 
 Control Text Command {
-    DEPTHAT DepthAt { x: i32, y: i32 } = fn depth_at -> Line: "answers DEPTHAT x y z, 0 near and 1 far"
+    DEPTHAT DepthAt { x: i32, y: i32 } = fn depth_at -> Line in target: "answers DEPTHAT x y z, 0 near and 1 far"
         eg "DEPTHAT 32 24";
-    PICK Pick { x: i32, y: i32 } = fn pick -> Line: "answers PICK x y name|none triangle" eg "PICK 32 24";
+    PICK Pick { x: i32, y: i32 } = fn pick -> Line in target: "answers PICK x y name|none triangle" eg "PICK 32 24";
     SYNC Sync { tag: String } = fn sync -> Line: "answers SYNC tag when all before it is done"
         eg "SYNC frame7";
     HELLO Hello = fn hello -> Line: "answers HELLO fbptr 1 width height stride rgba" eg "HELLO";

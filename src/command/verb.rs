@@ -54,6 +54,17 @@ pub enum Reply {
     ByForm,
 }
 
+/// What a verb reads or writes, and which states of its connection bound it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reach {
+    /// Nothing that `TARGET` or `CLIP` concern.
+    Connection,
+    /// The target of the connection, the frame or a canvas, whatever `CLIP` is.
+    Target,
+    /// The target, within the clip rectangle.
+    Clip,
+}
+
 /// Kind of a parameter, for programs that write commands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParameterKind {
@@ -61,6 +72,8 @@ pub enum ParameterKind {
     Integer,
     /// Reals.
     Real,
+    /// An angle in radians, or in degrees before `deg`.
+    Angle,
     /// Colours.
     Color,
     /// One name.
@@ -71,6 +84,8 @@ pub enum ParameterKind {
     Flag(&'static str),
     /// Bytes in hex, as one word.
     Hex,
+    /// Text up to the end of the line, with its blanks.
+    RestOfLine,
     /// The bytes that follow the line or the header.
     Payload,
     /// Words that depend on each other, as the forms of the verb say.
@@ -143,6 +158,8 @@ pub struct Verb {
     pub payload: Payload,
     /// Reply.
     pub reply: Reply,
+    /// What it reads or writes.
+    pub reach: Reach,
     /// Accepted syntaxes, for HELP and error messages.
     pub forms: &'static [Form],
     /// A valid command, with its payload: what a client would send.
@@ -209,6 +226,11 @@ impl Verb {
     /// Returns the verb with this exact name, binary ones included.
     pub fn named(name: &str) -> Option<&'static Verb> {
         TABLE.iter().find(|v| v.name == name)
+    }
+
+    /// Returns whether the last argument is the rest of the line: no `:N` is read in it.
+    pub fn takes_rest_of_line(&self) -> bool {
+        matches!(self.parameters, [.., last] if last.kind == ParameterKind::RestOfLine)
     }
 
     /// Returns whether the verb belongs to the original Pixelflut protocol. A connection that uses

@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! Group Encoding Enum {
-//!     VERB Variant { field["words"]: Type = Kind, ... } = fn name with pass = function -> Reply:
+//!     VERB Variant { field["words"]: Type = Kind, ... } = fn name with pass = function -> Reply in clip:
 //!         "about" eg "example";
 //! }
 //! ```
@@ -20,6 +20,8 @@
 //! - `with pass = function`: a function in place of one pass of [`Codec`](super::codec::Codec), for
 //!   what depends on several arguments.
 //! - `-> Reply`: a variant of [`Reply`](super::verb::Reply), by default `Never`.
+//! - `in target`: the verb reads or writes the connection's target; `in clip`: it draws there, within
+//!   the clip rectangle; by default it does neither. See [`Reach`](super::verb::Reach).
 //! - `"about"`: one line for HELP; or `["syntax": "about", ...]` for a verb of several forms.
 //! - `eg "example"`: a valid command with its payload.
 //!
@@ -89,6 +91,19 @@ macro_rules! reply {
     };
 }
 
+/// Reach of a verb.
+macro_rules! reach {
+    () => {
+        Reach::Connection
+    };
+    (target) => {
+        Reach::Target
+    };
+    (clip) => {
+        Reach::Clip
+    };
+}
+
 /// Parameters of the first variant.
 macro_rules! first {
     ([$($first:tt)*] $($others:tt)*) => { &[$($first)*] };
@@ -144,7 +159,7 @@ macro_rules! table {
             $(= $way:ident $function:ident)?
             $(with $($pass:ident = $hook:ident),+)?
         )|+
-        $(-> $reply:ident)?
+        $(-> $reply:ident)? $(in $reach:ident)?
         : $forms:tt eg $example:literal;
     )*} )*) => {
         /// All verbs, in the order of HELP.
@@ -161,6 +176,7 @@ macro_rules! table {
                     $($(.and(<kind!($u $(, $l)?) as Argument>::PAYLOAD))*)?
                 )+,
                 reply: reply!($($reply)?),
+                reach: reach!($($reach)?),
                 example: $example,
                 forms: forms!([$verb $($($($f [$($w)?])*)? $($($g [$($x)?])*)?)+] $forms),
                 parameters: first!($([
@@ -190,7 +206,7 @@ macro_rules! command_enum {
             $(= $way:ident $function:ident)?
             $(with $($pass:ident = $hook:ident),+)?
         )|+
-        $(-> $reply:ident)?
+        $(-> $reply:ident)? $(in $reach:ident)?
         : $forms:tt eg $example:literal;
     )*) => {
         $(#[$attribute])*
@@ -254,7 +270,7 @@ macro_rules! pass {
             $(= $way:ident $function:ident)?
             $(with $($hooked:ident = $hook:ident),+)?
         )|+
-        $(-> $reply:ident)?
+        $(-> $reply:ident)? $(in $reach:ident)?
         : $forms:tt eg $example:literal;
     )*) => {
         #[allow(unused_variables, reason = "some verbs take no arguments, or have a function of their own")]
@@ -284,7 +300,7 @@ macro_rules! payload_of {
             $(= $way:ident $function:ident)?
             $(with $($hooked:ident = $hook:ident),+)?
         )|+
-        $(-> $reply:ident)?
+        $(-> $reply:ident)? $(in $reach:ident)?
         : $forms:tt eg $example:literal;
     )*) => {
         #[allow(unused_variables, reason = "some verbs take no arguments")]
@@ -312,7 +328,7 @@ macro_rules! verb_of {
             $(= $way:ident $function:ident)?
             $(with $($hooked:ident = $hook:ident),+)?
         )|+
-        $(-> $reply:ident)?
+        $(-> $reply:ident)? $(in $reach:ident)?
         : $forms:tt eg $example:literal;
     )*) => {
         fn verb(&self) -> &'static str {
@@ -396,5 +412,5 @@ macro_rules! language {
 
 pub(super) use {
     call, call_nested, codec, command_enum, enums, figures, first, forms, hooked, kind, language, parser,
-    pass, payload_of, projections, read_variant, reply, table, variant_doc, verb_of, words, wrap,
+    pass, payload_of, projections, reach, read_variant, reply, table, variant_doc, verb_of, words, wrap,
 };

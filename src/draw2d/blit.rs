@@ -1,7 +1,7 @@
 //! Rectangles of pixels: written to the frame, read from it, and copied within it.
 
 use super::blend::run_of_many;
-use super::{Blend, DrawError, Rect, clip_range, pixels_mut, run_mut};
+use super::{Blend, DrawError, Rect, pixels_mut, run_mut, visible};
 use crate::memory::VideoMemory;
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ pub fn blit(memory: &mut VideoMemory, rect: Rect, rgba: &[u8], blend: Blend) -> 
     if rgba.len() as u64 != expected {
         return Err(DrawError::WrongLength { w, h, expected, found: rgba.len() as u64 });
     }
-    let (xs, ys) = (clip_range(x, w, memory.width()), clip_range(y, h, memory.height()));
+    let [xs, ys] = visible(memory, rect);
     if xs.is_empty() || ys.is_empty() {
         return Ok(());
     }
@@ -60,8 +60,7 @@ pub fn read(memory: &VideoMemory, rect: Rect) -> Result<Vec<u8>, DrawError> {
 /// drawn.
 pub fn copy(memory: &mut VideoMemory, source: Rect, dest: [i32; 2], blend: Blend) -> Result<(), DrawError> {
     let (from_xs, from_ys) = source_ranges(memory, source)?;
-    let xs = clip_range(dest[0], source.w, memory.width());
-    let ys = clip_range(dest[1], source.h, memory.height());
+    let [xs, ys] = visible(memory, Rect { x: dest[0], y: dest[1], ..source });
     if xs.is_empty() || ys.is_empty() {
         return Ok(());
     }

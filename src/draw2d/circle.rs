@@ -4,7 +4,7 @@
 //! with the midpoint decision.
 
 use super::blend::Paint;
-use super::{Blend, DrawError, pixels_mut};
+use super::{Blend, DrawError, clip, pixels_mut};
 use crate::memory::{Rgba, VideoMemory};
 use std::ops::Range;
 
@@ -23,20 +23,24 @@ pub fn circle(
 ) -> Result<(), DrawError> {
     let radius = u64::try_from(r).map_err(|_| DrawError::NegativeRadius { r: f64::from(r).into() })?;
     let Some(paint) = Paint::new(color, blend) else { return Ok(()) };
-    let (width, height) = (memory.width(), memory.height());
+    let (width, clip) = (memory.width(), clip(memory));
+    if clip.is_empty() {
+        return Ok(());
+    }
     // The short offset a of a visible pixel is that of its column or of its row.
-    let offsets = |centre: i32, limit: u32| {
-        let near = |v: i64| (v - i64::from(centre)).unsigned_abs();
-        let (first, last) = (near(0), near(i64::from(limit) - 1));
-        let is_inside = (0..i64::from(limit)).contains(&i64::from(centre));
+    let offsets = |centre: i32, within: Range<i32>| {
+        let near = |v: i32| i64::from(v).abs_diff(i64::from(centre));
+        let (first, last) = (near(within.start), near(within.end - 1));
+        let is_inside = within.contains(&centre);
         if is_inside { 0..first.max(last) + 1 } else { first.min(last)..first.max(last) + 1 }
     };
-    let (columns, rows) = (offsets(cx, width), offsets(cy, height));
+    let (columns, rows) = (offsets(cx, clip.x0..clip.x1), offsets(cy, clip.y0..clip.y1));
     let (mut low, mut high) = (u32::MAX, 0);
     let pixels = pixels_mut(memory);
     let mut put = |dx: i64, dy: i64| {
         let (x, y) = (i64::from(cx) + dx, i64::from(cy) + dy);
-        if (0..i64::from(width)).contains(&x) && (0..i64::from(height)).contains(&y) {
+        let is_inside = |v: i64, low: i32, high: i32| i64::from(low) <= v && v < i64::from(high);
+        if is_inside(x, clip.x0, clip.x1) && is_inside(y, clip.y0, clip.y1) {
             let y = y as u32;
             if let Some(pixel) = pixels.get_mut(width as usize * y as usize + x as usize) {
                 paint.one(pixel);

@@ -5,11 +5,13 @@
 //! made in f64 wherever rounding cannot change the result.
 
 use super::blend::Paint;
+use super::row_search::{rows_between, run_about};
 use super::{Blend, DrawError, frame, run_mut};
 use crate::math::coverage::exact_int::parts;
 use crate::memory::{Rgba, VideoMemory};
 use num_bigint::BigInt;
 use std::cell::OnceCell;
+use std::ops::Range;
 
 /// Fills the pixels whose centres are nearer than `r` to the point (cx, cy), all in pixels.
 ///
@@ -31,50 +33,18 @@ pub fn fill_circle(
     }
     let clip = frame(memory);
     let disc = Disc::new(centre, r);
-    let [cx, cy] = centre;
-    // Rows the disc may touch, widened by more than the rounding of the sums; `as` saturates to
-    // i32.
-    let slack = 2.0 + (cy.abs() + r) * 1e-15;
-    let first = ((cy - r - slack) as i32).clamp(clip.y0, clip.y1);
-    let last = ((cy + r + slack) as i32).clamp(clip.y0 - 1, clip.y1 - 1);
-    let nearest = (cx.floor() as i32).clamp(0, clip.x1 - 1);
-    for y in first..=last {
-        if !disc.holds(nearest, y) {
-            continue;
+    for y in disc.rows(clip.y0..clip.y1) {
+        let xs = disc.row(y, clip.x0..clip.x1);
+        if !xs.is_empty() {
+            paint.run(run_mut(memory, y, xs));
+            memory.mark_row(y as u32);
         }
-        // The row's extent to either side: estimated, then corrected by the exact test.
-        let dy = f64::from(y) + 0.5 - cy;
-        let half = ((r - dy) * (r + dy)).max(0.0).sqrt();
-        let start = first_inside(0, nearest, cx - half - 0.5, |x| disc.holds(x, y));
-        let end = -first_inside(1 - clip.x1, -nearest, 0.5 - cx - half, |x| disc.holds(-x, y));
-        paint.run(run_mut(memory, y, start..end + 1));
-        memory.mark_row(y as u32);
     }
     Ok(())
 }
 
-/// Returns the least x in `low..=inside` for which `holds` is true, given that it is true for
-/// `inside` and all x from the result up to it.
-fn first_inside(low: i32, inside: i32, guess: f64, holds: impl Fn(i32) -> bool) -> i32 {
-    let guess = (guess.ceil() as i32).clamp(low, inside);
-    let is_first = |x: i32| holds(x) && (x == low || !holds(x - 1));
-    if is_first(guess) {
-        return guess;
-    }
-    let (mut low, mut high) = (low, inside);
-    while low < high {
-        let middle = low + (high - low) / 2;
-        if holds(middle) {
-            high = middle;
-        } else {
-            low = middle + 1;
-        }
-    }
-    high
-}
-
 /// A disc with an exact test for pixel centres.
-struct Disc {
+pub(super) struct Disc {
     centre: [f64; 2],
     r: f64,
     /// Factor that keeps the squares of the largest numbers finite.
@@ -91,10 +61,27 @@ struct ExactDisc {
 }
 
 impl Disc {
-    fn new(centre: [f64; 2], r: f64) -> Self {
+    /// Creates the disc of a radius that is not negative; numbers are finite.
+    pub fn new(centre: [f64; 2], r: f64) -> Self {
         let extent = r.max(centre[0].abs()).max(centre[1].abs());
         let scale = if extent > 1e150 { 2f64.powi(-600) } else { 1.0 };
         Disc { centre, r, scale, exact: OnceCell::new() }
+    }
+
+    /// Returns the rows of `ys` that it may touch.
+    pub fn rows(&self, ys: Range<i32>) -> Range<i32> {
+        let [_, cy] = self.centre;
+        rows_between(cy - self.r, cy + self.r, cy.abs() + self.r, ys)
+    }
+
+    /// Returns its pixels among the columns `xs` of row `y`: estimated, then corrected by the exact
+    /// test.
+    pub fn row(&self, y: i32, xs: Range<i32>) -> Range<i32> {
+        let [cx, cy] = self.centre;
+        let dy = f64::from(y) + 0.5 - cy;
+        let half = ((self.r - dy) * (self.r + dy)).max(0.0).sqrt();
+        let nearest = (cx.floor() as i32).min(xs.end - 1).max(xs.start);
+        run_about(nearest, xs, [cx - half - 0.5, cx + half - 1.5], |x| self.holds(x, y))
     }
 
     /// Returns whether the centre of pixel (x, y) is nearer than r.

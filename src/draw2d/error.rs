@@ -20,6 +20,20 @@ pub enum DrawError {
         /// Requested radius in pixels.
         r: Size,
     },
+    /// A line's width below zero.
+    #[error("a width is 0 or more, not {w}")]
+    NegativeWidth {
+        /// Requested width in pixels.
+        w: Size,
+    },
+    /// A point of a curve that is too far from the frame for its steps to be exact.
+    #[error("the points of a curve are within {most} pixels of (0,0), not at {at}")]
+    FarPoint {
+        /// Largest coordinate in pixels.
+        most: i32,
+        /// The coordinate.
+        at: Size,
+    },
     /// A source rectangle that is not entirely inside the frame.
     #[error("{}x{} pixels from ({},{}) are not all inside the frame's {width}x{height}", .rect.w, .rect.h, .rect.x, .rect.y)]
     SourceOutside {
@@ -82,6 +96,8 @@ impl DrawError {
         match self {
             DrawError::NegativeSize { .. }
             | DrawError::NegativeRadius { .. }
+            | DrawError::NegativeWidth { .. }
+            | DrawError::FarPoint { .. }
             | DrawError::SourceOutside { .. } => Code::Range,
             DrawError::WrongLength { .. } | DrawError::BrokenRecord { .. } | DrawError::NotUtf8 { .. } => {
                 Code::Format

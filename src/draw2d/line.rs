@@ -18,7 +18,7 @@ mod parallel;
 
 pub use parallel::{Line, lines, lines_on};
 
-use super::{AreaColors, Blend, RampColor, pixels_mut};
+use super::{AreaColors, Blend, RampColor, clip, pixels_mut};
 use crate::memory::{Rgba, VideoMemory};
 use bresenham::{SHORT, VisibleRun};
 
@@ -32,6 +32,7 @@ pub fn line(memory: &mut VideoMemory, p0: [i32; 2], p1: [i32; 2], color: RampCol
     if blend == Blend::Replace
         && color.to.is_none()
         && is_short(p0, p1)
+        && !memory.is_clipped()
         && inside(p0, size)
         && inside(p1, size)
     {
@@ -72,11 +73,11 @@ fn store_short(pixels: &mut [Rgba], p0: [i32; 2], p1: [i32; 2], width: u32, colo
 /// Draws any line.
 #[inline(never)]
 fn draw(memory: &mut VideoMemory, p0: [i32; 2], p1: [i32; 2], color: RampColor, blend: Blend) {
-    let size @ [width, height] = [memory.width(), memory.height()];
-    let run = if inside(p0, size) && inside(p1, size) {
+    let size @ [width, _] = [memory.width(), memory.height()];
+    let run = if inside(p0, size) && inside(p1, size) && !memory.is_clipped() {
         Some(VisibleRun::unclipped(p0, p1, width))
     } else {
-        VisibleRun::clipped(p0.map(i64::from), p1.map(i64::from), width, height)
+        VisibleRun::clipped(p0.map(i64::from), p1.map(i64::from), clip(memory), width)
     };
     if let Some(run) = run {
         let rows = run.draw(pixels_mut(memory), color, blend);

@@ -2,17 +2,20 @@
 //!
 //! In: coordinates in pixels. Out: pixels of a [`VideoMemory`], whose changed rows are marked as
 //! damaged. Outlines address pixels by whole numbers; fills cover area in real coordinates, where
-//! pixel (i,j) is the square [i,i+1)x[j,j+1). All drawing is clipped to the frame without an error,
+//! pixel (i,j) is the square [i,i+1)x[j,j+1). All drawing is clipped without an error to the frame,
+//! or to the rectangle of [`VideoMemory::set_clip`],
 //! at the cost of the visible part; the lit pixels are those of the unclipped figure that fall
 //! inside. A source rectangle that is not entirely inside the frame is an error.
 //!
 //! Every function that takes a [`Blend`] writes each of its pixels once, except outlines made of
 //! several lines ([`triangle_outline`], [`poly`]), which write the pixels of each line.
 //!
-//! Filled figures ([`fill`], [`fill_poly`], [`fill_rect`], [`fill_circle`]) draw only the rows of
-//! [`VideoMemory::window`]. Drawing one band after another gives the same bytes as drawing the full
+//! Figures of areas ([`fill`], [`fill_poly`], [`fill_rect`], [`fill_circle`], [`fill_ellipse`],
+//! [`ellipse`], [`arc`], [`wide_line`], [`bezier`]) draw only the rows of [`VideoMemory::window`]. Drawing one band after another gives the same bytes as drawing the full
 //! frame.
 
+mod arc;
+mod bezier;
 mod blend;
 mod blit;
 mod circle;
@@ -20,6 +23,7 @@ mod color_ramp;
 #[doc(hidden)]
 pub mod crt;
 mod disc;
+mod ellipse;
 mod error;
 mod fill;
 pub mod font;
@@ -28,20 +32,26 @@ mod line;
 mod line_aa;
 mod pixels;
 mod rect;
+mod row_search;
 mod text;
+mod wide_line;
 
 pub use crate::memory::over;
+pub use arc::{Arc, arc};
+pub use bezier::{FAR_POINT, bezier, bezier_steps};
 pub use blend::Blend;
 pub use blit::{blit, copy, read, rows};
 pub use circle::circle;
 pub use disc::fill_circle;
+pub use ellipse::{ellipse, fill_ellipse};
 pub use error::DrawError;
 pub use fill::{fill, fill_poly};
 pub use line::{Line, line, lines, lines_on, poly, triangle_outline};
 pub use line_aa::line_aa;
 pub use pixels::{binary_pixels, moved_points, pixel_run, points, points_on, put_pixel};
 pub use rect::{fill_rect, rect};
-pub use text::{TextCursor, text, text_piece};
+pub use text::{TextCursor, scaled_text, text, text_piece};
+pub use wide_line::wide_line;
 
 use crate::math::coverage::PixelRect;
 use crate::memory::{Rgba, VideoMemory};
@@ -143,10 +153,18 @@ impl From<[Rgba; 3]> for AreaColors {
     }
 }
 
-/// Returns the drawable rows of the frame (all, or the current band) as a clip rectangle.
+/// Returns the pixels that drawing may touch: those of the frame, or of the clip rectangle.
+fn clip(memory: &VideoMemory) -> PixelRect {
+    let [columns, rows] = memory.clip();
+    let [x0, y0, x1, y1] = [columns.start, rows.start, columns.end, rows.end].map(|v| v as i32);
+    PixelRect { x0, y0, x1, y1 }
+}
+
+/// Returns the pixels that figures of areas may touch: those of [`clip`] in the current band of rows.
 fn frame(memory: &VideoMemory) -> PixelRect {
-    let rows = memory.window();
-    PixelRect { x0: 0, y0: rows.start as i32, x1: memory.width() as i32, y1: rows.end as i32 }
+    let (clip, rows) = (clip(memory), memory.window());
+    let y0 = clip.y0.max(rows.start as i32);
+    PixelRect { y0, y1: clip.y1.min(rows.end as i32).max(y0), ..clip }
 }
 
 /// Returns all pixels, row 0 first. The caller marks the rows it writes as damaged.
@@ -162,11 +180,17 @@ fn run_mut(memory: &mut VideoMemory, y: i32, xs: Range<i32>) -> &mut [Rgba] {
     &mut pixels_mut(memory)[at + xs.start as usize..at + xs.end as usize]
 }
 
-/// Clamps `start..start + len` to `0..limit`; empty if `len` is not positive.
-fn clip_range(start: i32, len: i32, limit: u32) -> Range<i32> {
-    let limit = i64::from(limit);
-    let end = (i64::from(start) + i64::from(len)).clamp(0, limit);
-    (i64::from(start).clamp(0, limit)) as i32..end as i32
+/// Clamps `start..start + len` to `within`; empty if `len` is not positive.
+fn clip_range(start: i32, len: i32, within: &Range<u32>) -> Range<i32> {
+    let [low, high] = [within.start, within.end].map(i64::from);
+    let end = (i64::from(start) + i64::from(len)).clamp(low, high);
+    (i64::from(start).clamp(low, high)) as i32..end as i32
+}
+
+/// Returns the columns and rows of a rectangle that drawing may touch.
+fn visible(memory: &VideoMemory, rect: Rect) -> [Range<i32>; 2] {
+    let [columns, rows] = memory.clip();
+    [clip_range(rect.x, rect.w, &columns), clip_range(rect.y, rect.h, &rows)]
 }
 
 #[cfg(test)]

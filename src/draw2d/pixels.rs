@@ -14,6 +14,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 #[inline]
 pub fn put_pixel(memory: &mut VideoMemory, x: i32, y: i32, color: Rgba, blend: Blend) {
     match blend {
+        _ if memory.is_clipped() && !memory.is_drawable(x, y) => {}
         Blend::Replace => memory.put_pixel(x, y, color),
         Blend::Over => compose_pixel(memory, x, y, color),
     }
@@ -58,7 +59,7 @@ pub fn points_on(
     let (records, broken) = packed.as_chunks::<8>();
     let (width, height) = (memory.width(), memory.height());
     let bands = executor.threads().clamp(1, height as usize);
-    if bands == 1 || records.len() < FEW_POINTS || !broken.is_empty() {
+    if bands == 1 || records.len() < FEW_POINTS || !broken.is_empty() || memory.is_clipped() {
         return points(memory, packed, blend);
     }
     let band_rows = height.div_ceil(bands as u32);
@@ -136,9 +137,17 @@ pub fn moved_points(memory: &mut VideoMemory, records: &[[u8; 8]], offset: [i32;
 /// Stores a run of RGBA pixels linearly from (x, y), across row ends, up to the end of the memory
 /// (`PXMULTI`).
 ///
-/// An incomplete last pixel is ignored. Blending does not apply: the bytes are replaced.
-pub fn pixel_run(memory: &mut VideoMemory, x: u16, y: u16, rgba: &[u8]) {
+/// An incomplete last pixel is ignored. Blending does not apply: the bytes are replaced. Returns the
+/// number of pixels that were stored.
+pub fn pixel_run(memory: &mut VideoMemory, x: u16, y: u16, rgba: &[u8]) -> u64 {
     let width = memory.width() as usize;
+    if memory.is_clipped() {
+        let start = u64::from(memory.width()) * u64::from(y) + u64::from(x);
+        let in_frame =
+            (start..u64::from(memory.width()) * u64::from(memory.height())).zip(rgba.as_chunks::<4>().0);
+        let place = |at: u64| ((at % width as u64) as u32, (at / width as u64) as u32);
+        return clipped_list(memory, in_frame.map(|(at, color)| (place(at), *color)), Blend::Replace);
+    }
     let start = width * usize::from(y) + usize::from(x);
     let source = rgba.as_chunks::<4>().0;
     let dest = pixels_mut(memory).get_mut(start..).unwrap_or_default();
@@ -147,6 +156,7 @@ pub fn pixel_run(memory: &mut VideoMemory, x: u16, y: u16, rgba: &[u8]) {
         run_of_many(Blend::Replace, &source[..n], &mut dest[..n]);
         memory.mark_rows((start / width) as u32..((start + n - 1) / width) as u32 + 1);
     }
+    n as u64
 }
 
 /// Reads x:u16le y:u16le.
@@ -170,9 +180,28 @@ fn list<R>(
     blend: Blend,
 ) -> u64 {
     match memory.bytes().len() > NEAR_BYTES {
+        _ if memory.is_clipped() => clipped_list(memory, records.iter().map(read), blend),
         true => list_of::<R, true>(memory, records, read, blend),
         false => list_of::<R, false>(memory, records, read, blend),
     }
+}
+
+/// Draws pixels in order where the clip rectangle lets them through. Returns their number.
+#[cold]
+fn clipped_list(
+    memory: &mut VideoMemory,
+    pixels: impl Iterator<Item = ((u32, u32), Rgba)>,
+    blend: Blend,
+) -> u64 {
+    let mut lit = 0;
+    for ((x, y), color) in pixels {
+        let (x, y) = (x as i32, y as i32);
+        if memory.is_drawable(x, y) {
+            put_pixel(memory, x, y, color, blend);
+            lit += 1;
+        }
+    }
+    lit
 }
 
 /// Implementation of [`list`]; with `IS_FAR`, cache lines are prefetched before they are written.

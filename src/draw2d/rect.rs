@@ -4,7 +4,7 @@
 //! h, with unrounded sums of the given reals. For integers these are the w x h pixels from (x,y).
 
 use super::blend::Paint;
-use super::{Blend, DrawError, RealRect, Rect, clip_range, pixels_mut, run_mut};
+use super::{Blend, DrawError, RealRect, Rect, frame, pixels_mut, run_mut, visible};
 use crate::memory::{Rgba, VideoMemory};
 use std::ops::Range;
 
@@ -26,8 +26,9 @@ pub fn fill_rect(
         return Ok(());
     }
     let (xs, ys) = (centres(x, w, memory.width()), centres(y, h, memory.height()));
-    let window = memory.window();
-    let ys = ys.start.max(window.start as i32)..ys.end.min(window.end as i32);
+    let clip = frame(memory);
+    let xs = xs.start.max(clip.x0)..xs.end.min(clip.x1);
+    let ys = ys.start.max(clip.y0)..ys.end.min(clip.y1);
     if let Some(paint) = Paint::new(color, blend) {
         block(memory, xs, ys, paint);
     }
@@ -56,7 +57,7 @@ fn centres(start: f64, length: f64, size: u32) -> Range<i32> {
 pub fn rect(memory: &mut VideoMemory, rect: Rect, color: Rgba, blend: Blend) -> Result<(), DrawError> {
     let Rect { x, y, w, h } = rect.checked()?;
     let Some(paint) = Paint::new(color, blend) else { return Ok(()) };
-    let (xs, ys) = (clip_range(x, w, memory.width()), clip_range(y, h, memory.height()));
+    let [xs, ys] = visible(memory, rect);
     // The last row and column, in i64 as they may be beyond i32.
     let last = |start: i32, len: i32| i64::from(start) + i64::from(len) - 1;
     let side = |at: i64, within: &Range<i32>| match i32::try_from(at) {

@@ -2,7 +2,7 @@
 
 use super::blend::Paint;
 use super::font::{CELL, glyph};
-use super::{Blend, DrawError, clip_range, run_mut};
+use super::{Blend, DrawError, Rect, run_mut, visible};
 use crate::memory::{Rgba, VideoMemory};
 
 /// Draws UTF-8 text. (x, y) is the upper left corner of the first character's 8x8 cell.
@@ -17,8 +17,21 @@ pub fn text(
     color: Rgba,
     blend: Blend,
 ) -> Result<(), DrawError> {
+    scaled_text(memory, [x, y], utf8, 1, color, blend)
+}
+
+/// Draws UTF-8 text as [`text`] does, each pixel of the font as a square of `scale` x `scale`
+/// pixels. A scale of 0 counts as 1.
+pub fn scaled_text(
+    memory: &mut VideoMemory,
+    [x, y]: [i32; 2],
+    utf8: &[u8],
+    scale: u8,
+    color: Rgba,
+    blend: Blend,
+) -> Result<(), DrawError> {
     str::from_utf8(utf8).map_err(|e| DrawError::NotUtf8 { at: e.valid_up_to() as u64 })?;
-    let mut cursor = TextCursor::new([x, y]);
+    let mut cursor = TextCursor::scaled([x, y], scale);
     text_piece(memory, &mut cursor, utf8, color, blend, usize::MAX).map(drop)
 }
 
@@ -27,6 +40,8 @@ pub fn text(
 pub struct TextCursor {
     left: i64,
     cell: [i64; 2],
+    /// Side in pixels of a pixel of the font.
+    scale: i32,
     /// Number of bytes already drawn.
     at: usize,
 }
@@ -34,7 +49,12 @@ pub struct TextCursor {
 impl TextCursor {
     /// Creates the cursor of a text whose upper left corner is (x, y).
     pub fn new([x, y]: [i32; 2]) -> Self {
-        TextCursor { left: x.into(), cell: [x.into(), y.into()], at: 0 }
+        TextCursor::scaled([x, y], 1)
+    }
+
+    /// Creates the cursor of a text that is `scale` times as large, as [`scaled_text`] draws it.
+    pub fn scaled([x, y]: [i32; 2], scale: u8) -> Self {
+        TextCursor { left: x.into(), cell: [x.into(), y.into()], scale: i32::from(scale.max(1)), at: 0 }
     }
 
     /// Returns the number of bytes already drawn.
@@ -65,16 +85,18 @@ pub fn text_piece(
     let not_utf8 = |e: std::str::Utf8Error| DrawError::NotUtf8 { at: (cursor.at + e.valid_up_to()) as u64 };
     let text = str::from_utf8(&utf8[cursor.at..end]).map_err(not_utf8)?;
     let height = i64::from(memory.height());
+    let scale = cursor.scale;
+    let side = i64::from(scale) * CELL as i64;
     let [cell_x, cell_y] = &mut cursor.cell;
     for character in text.chars() {
         match character {
-            '\n' => (*cell_x, *cell_y) = (cursor.left, *cell_y + CELL as i64),
+            '\n' => (*cell_x, *cell_y) = (cursor.left, *cell_y + side),
             '\r' => {}
             _ => {
                 if let (Ok(x), Ok(y)) = (i32::try_from(*cell_x), i32::try_from(*cell_y)) {
-                    draw_cell(memory, x, y, character, paint);
+                    draw_cell(memory, [x, y], scale, character, paint);
                 }
-                *cell_x += CELL as i64;
+                *cell_x += side;
             }
         }
         if *cell_y >= height {
@@ -86,20 +108,20 @@ pub fn text_piece(
 }
 
 /// Draws one character whose cell's upper left corner is (x, y), clipped to the frame.
-fn draw_cell(memory: &mut VideoMemory, x: i32, y: i32, character: char, paint: Paint) {
-    let xs = clip_range(x, CELL as i32, memory.width());
-    let ys = clip_range(y, CELL as i32, memory.height());
+fn draw_cell(memory: &mut VideoMemory, [x, y]: [i32; 2], scale: i32, character: char, paint: Paint) {
+    let side = scale * CELL as i32;
+    let [xs, ys] = visible(memory, Rect { x, y, w: side, h: side });
     if xs.is_empty() || ys.is_empty() {
         return;
     }
     let rows = glyph(character);
     for row in ys {
-        let inked = rows[(row - y) as usize];
+        let inked = rows[((row - y) / scale) as usize];
         if inked == 0 {
             continue;
         }
         for (column, pixel) in xs.clone().zip(run_mut(memory, row, xs.clone())) {
-            if inked & 0x80 >> (column - x) != 0 {
+            if inked & 0x80 >> ((column - x) / scale) != 0 {
                 paint.one(pixel);
             }
         }
@@ -117,6 +139,26 @@ mod tests {
         let mut m = memory(32, 16);
         text(&mut m, [0, 0], "Olá,\r\n\u{1F600}ç!".as_bytes(), [255; 4], Blend::Replace).unwrap();
         assert_eq!(picture(&m), WORDS);
+    }
+
+    #[test]
+    fn large_letters_are_squares_of_the_small_ones() {
+        let utf8 = "aW\nß".as_bytes();
+        for scale in 1..=8u8 {
+            for at in [[0, 0], [-11, -5], [7, 3]] {
+                let (mut small, mut large) = (memory(60, 40), memory(40, 30));
+                // Alpha 100 over black is red 100: drawn twice, it would be more.
+                let color = [255, 255, 255, 100];
+                text(&mut small, [0, 0], utf8, color, Blend::Over).unwrap();
+                scaled_text(&mut large, at, utf8, scale, color, Blend::Over).unwrap();
+                let inked = lit(&small, 100);
+                let of = |v: i32, at: i32| (v - at).div_euclid(scale.into());
+                let all = (0..30).flat_map(|y| (0..40).map(move |x| (x, y)));
+                let want: Vec<_> =
+                    all.filter(|&(x, y)| inked.contains(&(of(x, at[0]), of(y, at[1])))).collect();
+                assert_eq!(lit(&large, 100), want, "{scale} {at:?}");
+            }
+        }
     }
 
     #[test]

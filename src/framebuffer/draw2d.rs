@@ -1,7 +1,8 @@
 //! Pixels, bytes and figures of two dimensions: one method for each verb.
 
 use super::Framebuffer;
-use crate::draw2d::{self, AreaColors, Blend, DrawError, RampColor, RealRect, Rect};
+use crate::draw2d::{self, Arc, AreaColors, Blend, DrawError, RampColor, RealRect, Rect};
+use crate::load::{self, LoadError};
 use crate::memory::{FbPtr, MemoryError, Rgba};
 
 /// Pixels and bytes. Blocks of bytes are stored unchanged, whatever the blend mode.
@@ -71,7 +72,7 @@ impl Framebuffer {
 
     /// Stores a run of RGBA pixels from (x, y) on, over the ends of rows, as `PXMULTI` does.
     pub fn pixel_run(&mut self, x: u16, y: u16, rgba: &[u8]) {
-        draw2d::pixel_run(&mut self.memory, x, y, rgba);
+        let _ = draw2d::pixel_run(&mut self.memory, x, y, rgba);
     }
 }
 
@@ -139,10 +140,73 @@ impl Framebuffer {
         draw2d::fill_poly(&mut self.memory, points, color, self.blend);
     }
 
-    /// Draws text in the built-in font of 8x8 pixels, as `TEXT` does; `at` is the upper left corner
+    /// Draws a line of any width with round ends, as `WIDELINE` does.
+    ///
+    /// # Errors
+    /// If the width is negative.
+    pub fn wide_line(
+        &mut self,
+        p0: [f64; 2],
+        p1: [f64; 2],
+        width: f64,
+        color: Rgba,
+    ) -> Result<(), DrawError> {
+        draw2d::wide_line(&mut self.memory, p0, p1, width, color, self.blend)
+    }
+
+    /// Draws the rim of a filled ellipse, as `ELLIPSE` does.
+    ///
+    /// # Errors
+    /// If a radius is negative.
+    pub fn ellipse(&mut self, center: [f64; 2], radii: [f64; 2], color: Rgba) -> Result<(), DrawError> {
+        draw2d::ellipse(&mut self.memory, center, radii, color, self.blend)
+    }
+
+    /// Fills the pixels whose centres are inside an ellipse, as `FILLELLIPSE` does.
+    ///
+    /// # Errors
+    /// If a radius is negative.
+    pub fn fill_ellipse(&mut self, center: [f64; 2], radii: [f64; 2], color: Rgba) -> Result<(), DrawError> {
+        draw2d::fill_ellipse(&mut self.memory, center, radii, color, self.blend)
+    }
+
+    /// Fills a part of a ring, as `ARC` does.
+    ///
+    /// # Errors
+    /// If a radius is negative.
+    pub fn arc(&mut self, arc: Arc, color: Rgba) -> Result<(), DrawError> {
+        draw2d::arc(&mut self.memory, arc, color, self.blend)
+    }
+
+    /// Draws a cubic Bezier curve of any width with round ends, as `BEZIER` does.
+    ///
+    /// # Errors
+    /// If the width is negative, or a point is beyond [`FAR_POINT`](draw2d::FAR_POINT).
+    pub fn bezier(&mut self, points: [[f64; 2]; 4], width: f64, color: Rgba) -> Result<(), DrawError> {
+        draw2d::bezier(&mut self.memory, points, width, color, self.blend)
+    }
+
+    /// Puts a picture with its upper left corner at (x, y), as `IMAGE` does.
+    ///
+    /// # Errors
+    /// If the bytes are no picture.
+    pub fn image(&mut self, [x, y]: [i32; 2], file: &[u8]) -> Result<(), LoadError> {
+        let picture = load::texture::decode_file(file, "picture")?;
+        let [w, h] = [picture.width(), picture.height()].map(|side| side as i32);
+        draw2d::blit(&mut self.memory, Rect { x, y, w, h }, picture.bytes(), self.blend)
+            .expect("a picture has as many bytes as its size says");
+        Ok(())
+    }
+
+    /// Sets the magnification of the letters of text, 1 to 8, as `TEXTSIZE` does.
+    pub fn set_text_size(&mut self, size: u8) {
+        self.text_size = size.clamp(1, 8);
+    }
+
+    /// Draws text in the built-in font of 8x8 pixels, as `TEXT` and `PRINT` do; `at` is the upper left corner
     /// of its first character. A line feed begins a new line.
     pub fn text(&mut self, at: [i32; 2], text: &str, color: Rgba) {
-        draw2d::text(&mut self.memory, at, text.as_bytes(), color, self.blend)
+        draw2d::scaled_text(&mut self.memory, at, text.as_bytes(), self.text_size, color, self.blend)
             .expect("only bytes that are not UTF-8 are refused");
     }
 }

@@ -42,6 +42,7 @@ pub struct Framebuffer {
     ids: Option<PickBuffer>,
     renderer: Renderer,
     blend: Blend,
+    text_size: u8,
     /// Settings of the next [`Framebuffer::draw`].
     pub state: DrawState,
 }
@@ -138,6 +139,7 @@ impl From<VideoMemory> for Framebuffer {
             ids: None,
             renderer: Renderer::default(),
             blend: Blend::default(),
+            text_size: 1,
             state: DrawState::default(),
         }
     }

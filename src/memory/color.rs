@@ -1,5 +1,5 @@
-//! Colours as text: `gg`, `rrggbb`, `rrggbbaa` in hex, or a CSS colour name. Without an alpha, a
-//! colour is opaque (ff).
+//! Colours as text: `gg`, `rrggbb`, `rrggbbaa` in hex, with or without a `#` before the digits,
+//! `#rgb`, `#rgba`, or a CSS colour name. Without an alpha, a colour is opaque (ff).
 //!
 //! A word of hex digits of one of these three lengths is always hex: no CSS name is such a word.
 
@@ -48,8 +48,31 @@ fn hex_bytes<const N: usize>(word: &[u8]) -> Option<[u8; N]> {
 /// assert_eq!(parse_color(b"ff800040"), Some([255, 128, 0, 64]));
 /// assert_eq!(parse_color(b"RebeccaPurple"), Some([102, 51, 153, 255]));
 /// assert_eq!(parse_color(b"ff80"), None);
+/// assert_eq!(parse_color(b"#ff8000"), Some([255, 128, 0, 255]));
+/// assert_eq!(parse_color(b"#f80"), Some([255, 136, 0, 255]));
 /// ```
 pub fn parse_color(word: &[u8]) -> Option<Rgba> {
+    if let [b'#', digits @ ..] = word {
+        return marked_hex(digits);
+    }
+    plain_color(word)
+}
+
+/// Returns the colour of hex digits after a `#`: as without it, or `rgb` or `rgba`, whose digits
+/// are doubled.
+fn marked_hex(digits: &[u8]) -> Option<Rgba> {
+    if !digits.iter().all(u8::is_ascii_hexdigit) {
+        return None;
+    }
+    match *digits {
+        [r, g, b] => plain_color(&[r, r, g, g, b, b]),
+        [r, g, b, a] => plain_color(&[r, r, g, g, b, b, a, a]),
+        _ => plain_color(digits),
+    }
+}
+
+/// Returns the colour of hex digits without a mark, or of a CSS name.
+fn plain_color(word: &[u8]) -> Option<Rgba> {
     let hex = match word.len() {
         2 => hex_bytes::<1>(word).map(|[g]| [g, g, g, 255]),
         6 => hex_bytes::<3>(word).map(|[r, g, b]| [r, g, b, 255]),
@@ -60,7 +83,7 @@ pub fn parse_color(word: &[u8]) -> Option<Rgba> {
 }
 
 /// Returns the colour that stands in place of three reals, R, G, B in 0..1: a CSS name, or `gg`,
-/// `rrggbb` or `rrggbbff` after a `#`.
+/// `rgb`, `rrggbb`, `rgbf` or `rrggbbff` after a `#`.
 ///
 /// The `#` is required because hex digits alone could be read as a number. The colour of a light
 /// has no alpha: one that is not ff is refused.
@@ -73,8 +96,7 @@ pub fn parse_color(word: &[u8]) -> Option<Rgba> {
 /// ```
 pub fn parse_light_color(word: &[u8]) -> Option<[f64; 3]> {
     let color = match word.strip_prefix(b"#") {
-        Some(hex) if hex.iter().all(u8::is_ascii_hexdigit) => parse_color(hex),
-        Some(_) => None,
+        Some(digits) => marked_hex(digits),
         None => named(word),
     };
     match color {
@@ -125,6 +147,11 @@ mod tests {
             ("00000000", [0; 4]),
             ("Transparent", [0; 4]),
             ("tan", [210, 180, 140, 255]),
+            ("#a1B2c3", [0xa1, 0xb2, 0xc3, 255]),
+            ("#a1B2c344", [0xa1, 0xb2, 0xc3, 0x44]),
+            ("#f80", [255, 136, 0, 255]),
+            ("#F80c", [255, 136, 0, 204]),
+            ("#80", [128, 128, 128, 255]),
         ] {
             assert_eq!(parse_color(word.as_bytes()), Some(color), "{word}");
         }
@@ -136,7 +163,11 @@ mod tests {
             "00000",
             "0000000",
             "000000000",
-            "#ff0000",
+            "#",
+            "##ff0000",
+            "#ff000",
+            "#red",
+            "f80",
             "gg",
             "12345g",
             "0x1234",
@@ -155,6 +186,7 @@ mod tests {
             ("white", [1.0; 3]),
             ("BLACK", [0.0; 3]),
             ("#ff", [1.0; 3]),
+            ("#0f3", [0.0, 1.0, 0.2]),
             ("#0033FF", [0.0, 0.2, 1.0]),
             ("#336699ff", [0.2, 0.4, 0.6]),
         ] {

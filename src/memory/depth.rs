@@ -11,6 +11,7 @@
 //! a cell is first written. Reads always return the cleared value.
 
 use super::aligned::Aligned;
+use std::ops::Range;
 
 /// Format of stored depths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -227,6 +228,22 @@ impl DepthMemory {
         }
     }
 
+    /// Sets the depths of these columns and rows to 1; those beyond the frame are ignored.
+    pub fn clear_within(&mut self, columns: &Range<u32>, rows: &Range<u32>) {
+        self.finish_clears();
+        let (far, width) = (self.format.encode(1.0, 0.0), self.width as usize);
+        let end = columns.end.min(self.width) as usize;
+        let columns = (columns.start as usize).min(end)..end;
+        for row in rows.start..rows.end.min(self.height) {
+            let at = row as usize * width;
+            let run = at + columns.start..at + columns.end;
+            match &mut self.words {
+                Words::Narrow(w) => w[run].fill(far as u16),
+                Words::Wide(w) => w[run].fill(far as i32),
+            }
+        }
+    }
+
     /// Returns whether the clear of a pixel's word is pending.
     fn is_pending_clear(&self, index: usize) -> bool {
         let (row, column) = (index / self.width as usize, index % self.width as usize);
@@ -332,6 +349,20 @@ mod tests {
     fn its_size_is_that_of_all_words() {
         let bytes = |format| DepthMemory::new(30, 20, format).size_bytes();
         assert_eq!([DepthFormat::F32, DepthFormat::U24, DepthFormat::U16].map(bytes), [2400, 2400, 1200]);
+    }
+
+    #[test]
+    fn a_rectangle_is_cleared_alone() {
+        for format in [DepthFormat::F32, DepthFormat::U16] {
+            let mut depth = DepthMemory::new(300, 4, format);
+            depth.clear();
+            (0..1200).for_each(|i| depth.set_word(i, 5));
+            depth.clear_within(&(250..999), &(1..3));
+            let far = format.encode(1.0, 0.0);
+            let is_inside = |i: usize| i % 300 >= 250 && (1..3).contains(&(i / 300));
+            assert!((0..1200).all(|i| depth.word(i) == if is_inside(i) { far } else { 5 }));
+            depth.clear_within(&(400..500), &(7..9));
+        }
     }
 
     #[test]

@@ -38,6 +38,16 @@ impl PickBuffer {
         self.ids.fill(NO_FACE);
     }
 
+    /// Forgets the faces of these columns and rows; those beyond the frame are ignored.
+    pub fn clear_within(&mut self, columns: &std::ops::Range<u32>, rows: &std::ops::Range<u32>) {
+        let end = columns.end.min(self.width) as usize;
+        let columns = (columns.start as usize).min(end)..end;
+        for row in rows.start..rows.end.min(self.height) {
+            let at = row as usize * self.width as usize;
+            self.ids[at + columns.start..at + columns.end].fill(NO_FACE);
+        }
+    }
+
     /// Returns the name number and triangle at pixel (x, y), or `None` off the frame and where no
     /// face wrote depth.
     pub fn get(&self, x: i32, y: i32) -> Option<(u32, u32)> {

@@ -79,6 +79,8 @@ pub struct VideoMemory {
     damage: Range<u32>,
     /// Rows that filled figures may touch: all, except while a figure is drawn in bands of rows.
     window: Range<u32>,
+    /// Columns and rows that drawing may touch: all, unless a clip rectangle is set.
+    clip: [Range<u32>; 2],
 }
 
 impl VideoMemory {
@@ -98,7 +100,8 @@ impl VideoMemory {
         let no_room = MemoryError::NoRoom { bytes: size };
         let len = usize::try_from(size).map_err(|_| no_room.clone())?;
         let bytes = Aligned::new(len, 0).ok_or(no_room)?;
-        let mut memory = VideoMemory { width, height, bytes, damage: 0..height, window: 0..height };
+        let clip = [0..width, 0..height];
+        let mut memory = VideoMemory { width, height, bytes, damage: 0..height, window: 0..height, clip };
         memory.clear(Self::CLEAR);
         Ok(memory)
     }
@@ -106,7 +109,8 @@ impl VideoMemory {
     /// Creates a frame without pixels, in the place of one that is lent.
     #[cfg(feature = "server")]
     pub(crate) fn vacant() -> Self {
-        VideoMemory { width: 0, height: 0, bytes: Aligned::default(), damage: NO_ROWS, window: 0..0 }
+        let (bytes, clip) = (Aligned::default(), [0..0, 0..0]);
+        VideoMemory { width: 0, height: 0, bytes, damage: NO_ROWS, window: 0..0, clip }
     }
 
     /// Returns the width in pixels.
@@ -143,9 +147,18 @@ impl VideoMemory {
         self.bytes.chunks_exact(self.stride_bytes()).nth(y as usize)
     }
 
-    /// Fills `rows` with `color`; rows below the frame are ignored.
+    /// Fills `rows` with `color`, where the clip rectangle lets it; rows below the frame are ignored.
     pub fn clear_rows(&mut self, rows: Range<u32>, color: Rgba) {
         let stride = self.stride_bytes();
+        if self.is_clipped() {
+            let [columns, clip_rows] = self.clip();
+            let rows = rows.start.max(clip_rows.start)..rows.end.min(clip_rows.end);
+            for row in self.bytes.chunks_exact_mut(stride).take(rows.end as usize).skip(rows.start as usize) {
+                let (start, end) = (columns.start as usize * 4, columns.end as usize * 4);
+                fill_pixels(row[start..end].as_chunks_mut().0, color);
+            }
+            return self.mark_rows(rows);
+        }
         let bytes =
             rows.start.min(self.height) as usize * stride..rows.end.min(self.height) as usize * stride;
         if bytes.start < bytes.end {
@@ -163,6 +176,41 @@ impl VideoMemory {
     /// Restricts filled figures of `draw2d` to `rows`, clamped to the frame.
     pub fn set_window(&mut self, rows: Range<u32>) {
         self.window = rows.start.min(self.height)..rows.end.min(self.height);
+    }
+
+    /// Returns the columns and the rows that drawing may touch: those of the frame, or of the clip
+    /// rectangle.
+    #[inline]
+    pub fn clip(&self) -> [Range<u32>; 2] {
+        self.clip.clone()
+    }
+
+    /// Returns whether a clip rectangle leaves out a part of the frame.
+    #[inline]
+    pub fn is_clipped(&self) -> bool {
+        self.clip != [0..self.width, 0..self.height]
+    }
+
+    /// Restricts all drawing, of `draw2d` and of the pipeline, to these columns and rows, clamped to
+    /// the frame. Methods of this type that write bytes or single pixels are not restricted.
+    pub fn set_clip(&mut self, columns: Range<u32>, rows: Range<u32>) {
+        let within = |range: Range<u32>, size: u32| {
+            let start = range.start.min(size);
+            start..range.end.clamp(start, size)
+        };
+        self.clip = [within(columns, self.width), within(rows, self.height)];
+    }
+
+    /// Ends the restriction of [`VideoMemory::set_clip`].
+    pub fn end_clip(&mut self) {
+        self.clip = [0..self.width, 0..self.height];
+    }
+
+    /// Returns whether drawing may touch pixel (x, y).
+    #[inline]
+    pub fn is_drawable(&self, x: i32, y: i32) -> bool {
+        let [columns, rows] = &self.clip;
+        columns.contains(&(x as u32)) && rows.contains(&(y as u32))
     }
 
     /// Fills the frame with `color`.
@@ -306,6 +354,27 @@ mod tests {
         assert_eq!(m.bytes(), [0, 0, 0, 255].repeat(6));
         assert_eq!(m.take_damage(), 0..2);
         assert!(!m.is_damaged());
+    }
+
+    #[test]
+    fn a_clip_rectangle_is_clamped_to_the_frame_and_bounds_a_clear() {
+        let mut m = VideoMemory::new(5, 4).unwrap();
+        assert!(!m.is_clipped());
+        m.set_clip(3..99, 1..3);
+        assert_eq!((m.is_clipped(), m.clip()), (true, [3..5, 1..3]));
+        assert!(m.is_drawable(4, 2) && !m.is_drawable(2, 2) && !m.is_drawable(4, 3) && !m.is_drawable(-1, 2));
+        m.take_damage();
+        m.clear_rows(0..2, [7; 4]);
+        assert_eq!(m.take_damage(), 1..2);
+        let lit = m.bytes().as_chunks::<4>().0.iter().map(|p| *p == [7; 4]).collect::<Vec<_>>();
+        assert_eq!(lit.iter().enumerate().filter(|(_, l)| **l).map(|(i, _)| i).collect::<Vec<_>>(), [8, 9]);
+        #[expect(clippy::reversed_empty_ranges, reason = "hostile numbers")]
+        m.set_clip(9..2, 7..1);
+        assert!(m.clip().iter().all(|range| range.is_empty()) && !m.is_drawable(0, 0));
+        m.clear_rows(0..4, [9; 4]);
+        assert!(!m.is_damaged());
+        m.end_clip();
+        assert!(!m.is_clipped());
     }
 
     #[test]

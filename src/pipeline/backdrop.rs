@@ -19,7 +19,7 @@ use glam::{DMat4, DVec3, DVec4};
 /// Fills the viewport with one colour.
 pub(super) fn paint(target: &mut Target, viewport: Viewport, color: DVec3) {
     let width = target.memory.width();
-    let clip = ViewportTransform::new(viewport, width, target.memory.height()).clip;
+    let clip = ViewportTransform::on(viewport, target.memory).clip;
     if clip.is_empty() {
         return;
     }
@@ -41,7 +41,7 @@ pub(super) fn paint_sky(
     preemption: &Preemption,
 ) {
     let width = target.memory.width();
-    let screen = ViewportTransform::new(viewport, width, target.memory.height());
+    let screen = ViewportTransform::on(viewport, target.memory);
     let clip = screen.clip;
     let aspect = f64::from(viewport.width.max(1)) / f64::from(viewport.height.max(1));
     let Ok(matrices) = camera.matrices(aspect) else { return };

@@ -138,7 +138,7 @@ impl<'a> PreparedDraw<'a> {
         geometry_info: Arc<GeometryInfo>,
         mut recycled: RecycledLists,
     ) -> Self {
-        let screen = ViewportTransform::new(call.viewport, target.memory.width(), target.memory.height());
+        let screen = ViewportTransform::on(call.viewport, target.memory);
         let transform = Transform { model: call.model, camera, screen };
         let lighting = call.lighting(ViewerPosition::of(&camera), recycled.prepared_lights);
         recycled.vertices.clear();

@@ -4,6 +4,7 @@
 //! Source: notes 001 (`centres`), the graphics APIs (`corners`).
 
 use crate::math::coverage::PixelRect;
+use crate::memory::VideoMemory;
 use crate::scene::{Viewport, ViewportRule};
 
 /// Transform of one viewport, per axis: pixel = origin + ndc * half.
@@ -11,11 +12,20 @@ use crate::scene::{Viewport, ViewportRule};
 pub(crate) struct ViewportTransform {
     origin: [f64; 2],
     half: [f64; 2],
-    /// The viewport's pixels that lie on the frame.
+    /// The viewport's pixels that lie on the frame, and in its clip rectangle.
     pub clip: PixelRect,
 }
 
 impl ViewportTransform {
+    /// Creates the transform of a viewport on a frame, clipped to what drawing may touch of it.
+    pub fn on(viewport: Viewport, memory: &VideoMemory) -> Self {
+        let mut transform = ViewportTransform::new(viewport, memory.width(), memory.height());
+        let ([columns, rows], clip) = (memory.clip(), &mut transform.clip);
+        (clip.x0, clip.x1) = (clip.x0.max(columns.start as i32), clip.x1.min(columns.end as i32));
+        (clip.y0, clip.y1) = (clip.y0.max(rows.start as i32), clip.y1.min(rows.end as i32));
+        transform
+    }
+
     /// Creates the transform of a viewport on a frame of the given size in pixels.
     pub fn new(viewport: Viewport, frame_width: u32, frame_height: u32) -> Self {
         let corner = [viewport.x as f64, viewport.y as f64];

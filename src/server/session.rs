@@ -45,6 +45,8 @@ pub struct Session {
     pub offset: [i32; 2],
     /// Blend mode, set by `BLEND`.
     pub blend: Blend,
+    /// Magnification of letters, set by `TEXTSIZE`.
+    pub text_size: u8,
     /// Receiver of its errors.
     pub audience: Audience,
     /// Mode set by `ERRORS`; `None` if it was not used.
@@ -112,6 +114,7 @@ impl Session {
             id,
             offset: [0, 0],
             blend: Blend::Replace,
+            text_size: 1,
             audience,
             error_mode: None,
             has_used_other_verbs: false,

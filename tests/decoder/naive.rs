@@ -53,7 +53,10 @@ pub fn hear_naively(bytes: &[u8], limits: Limits, end: EndOfInput) -> Vec<Event>
                     let line = line.strip_suffix(b"\r").unwrap_or(line);
                     let last = line.split(|b| b" \t".contains(b)).rfind(|w| !w.is_empty()).unwrap_or(b"");
                     let digits = last.strip_prefix(b":").unwrap_or(b"x");
-                    let announces = !digits.is_empty() && digits.iter().all(u8::is_ascii_digit);
+                    let verb = line.split(|b| b" \t".contains(b)).find(|w| !w.is_empty()).unwrap_or(b"");
+                    // Their text is the rest of the line.
+                    let is_text = ["PRINT", "TITLE"].iter().any(|v| verb.eq_ignore_ascii_case(v.as_bytes()));
+                    let announces = !is_text && !digits.is_empty() && digits.iter().all(u8::is_ascii_digit);
                     match std::str::from_utf8(digits).unwrap_or("x").parse::<u128>() {
                         Ok(n) if announces && !line.starts_with(b"#") => {
                             if n > u64::MAX as u128 {

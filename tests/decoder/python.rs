@@ -49,6 +49,11 @@ impl Method {
             self.words.push(format!("\"{word}\" if {} else None", parameter.name));
             return;
         }
+        if parameter.kind == ParameterKind::RestOfLine {
+            self.parameters.push(parameter.name.into());
+            self.words.push(parameter.name.into());
+            return;
+        }
         if encoding == Encoding::Binary {
             self.parameters.push(parameter.name.into());
             self.words.push(match parameter.kind {
@@ -117,7 +122,11 @@ impl Method {
 /// Returns whether a parameter stands for a number of words that its syntax does not name one by
 /// one.
 fn is_several(parameter: &Parameter) -> bool {
-    parameter.kind == ParameterKind::Words || parameter.syntax.contains("..")
+    match parameter.kind {
+        ParameterKind::Words => true,
+        ParameterKind::RestOfLine => false,
+        _ => parameter.syntax.contains(".."),
+    }
 }
 
 /// Returns the forms of a verb as a docstring, with its indent and LF.

@@ -160,7 +160,7 @@ fn choice<T: Clone + std::fmt::Debug + 'static>(all: &[T]) -> BoxedStrategy<T> {
 
 /// Generates every variant of the enum.
 fn command() -> BoxedStrategy<Command> {
-    let kinds = [plain_commands(), figures(), three_d_commands(), control_commands()];
+    let kinds = [plain_commands(), figures(), curves(), three_d_commands(), control_commands()];
     prop::strategy::Union::new(kinds.concat()).boxed()
 }
 
@@ -249,6 +249,38 @@ fn figures() -> Vec<BoxedStrategy<Command>> {
             .prop_map(|(p0, p1, color)| Command::Figure(Figure::LineAa { p0, p1, color }))
             .boxed(),
         any::<bool>().prop_map(|over| Command::Blend { over }).boxed(),
+    ]
+}
+
+/// Generates the commands of curves, lines of text and pictures.
+fn curves() -> Vec<BoxedStrategy<Command>> {
+    let real2 = || [real(), real()];
+    let text = || "[ -~é]{0,30}[!-~é][ -~é]{0,30}";
+    vec![
+        (any::<[i32; 2]>(), color(), text())
+            .prop_map(|([x, y], color, text)| Command::Figure(Figure::Print { x, y, color, text }))
+            .boxed(),
+        (real2(), real2(), size(), color())
+            .prop_map(|(p0, p1, width, color)| Command::Figure(Figure::WideLine { p0, p1, width, color }))
+            .boxed(),
+        (real2(), [size(), size()], color())
+            .prop_map(|(center, radii, color)| Command::Figure(Figure::Ellipse { center, radii, color }))
+            .boxed(),
+        (real2(), [size(), size()], color())
+            .prop_map(|(center, radii, color)| Command::Figure(Figure::FillEllipse { center, radii, color }))
+            .boxed(),
+        (real2(), [size(), size()], real2(), color())
+            .prop_map(|(center, radii, angles, color)| {
+                Command::Figure(Figure::Arc { center, radii, angles, color })
+            })
+            .boxed(),
+        ([real2(), real2(), real2(), real2()], size(), color())
+            .prop_map(|(points, width, color)| Command::Figure(Figure::Bezier { points, width, color }))
+            .boxed(),
+        (1..=8i32).prop_map(|size| Command::TextSize { size }).boxed(),
+        (any::<[i32; 2]>(), prop::collection::vec(any::<u8>(), 0..50))
+            .prop_map(|([x, y], file)| Command::Image { x, y, file })
+            .boxed(),
     ]
 }
 

@@ -36,13 +36,19 @@ fn word(kind: ParameterKind) -> BoxedStrategy<String> {
             .prop_filter("finite", |n| n.is_finite())
             .prop_map(|n| format!("{n:?}"))
             .boxed(),
+        ParameterKind::Angle => (word(ParameterKind::Real), any::<bool>())
+            .prop_map(|(number, is_in_degrees)| format!("{number}{}", if is_in_degrees { "deg" } else { "" }))
+            .boxed(),
         ParameterKind::Color => {
-            prop::sample::select(vec!["ff8000", "01020304", "7F", "tomato"]).prop_map(str::to_owned).boxed()
+            prop::sample::select(vec!["ff8000", "01020304", "7F", "tomato", "#ff8000", "#f80", "#f80c"])
+                .prop_map(str::to_owned)
+                .boxed()
         }
         ParameterKind::Name => "[@a-zA-Z0-9._/-]{1,20}".boxed(),
         ParameterKind::Keyword(list) => prop::sample::select(list).prop_map(str::to_owned).boxed(),
         ParameterKind::Flag(word) => Just(word.to_owned()).boxed(),
         ParameterKind::Hex => "([0-9a-f]{2}){1,20}".boxed(),
+        ParameterKind::RestOfLine => "[!-~é]([ -~]{0,20}| :5)".boxed(),
         ParameterKind::Payload | ParameterKind::Words => Just(String::new()).boxed(),
     }
 }
@@ -53,6 +59,9 @@ fn words(parameter: &'static Parameter) -> BoxedStrategy<String> {
         // A payload's keyword stands in its syntax.
         let keyword = parameter.syntax.strip_suffix(":N").unwrap_or("").trim_end();
         return Just(if keyword.is_empty() { String::new() } else { format!(" {keyword}") }).boxed();
+    }
+    if parameter.kind == ParameterKind::RestOfLine {
+        return word(parameter.kind).prop_map(|text| format!(" {text}")).boxed();
     }
     let least = parameter.arity.least();
     let most = parameter.arity.most().unwrap_or(MOST_WORDS);

@@ -47,6 +47,7 @@ pub fn valid_forms() -> Forms {
     let groups = [
         memory_verbs(),
         figure_verbs(),
+        curve_verbs(),
         resource_verbs(),
         camera_verbs(),
         matrix_verbs(),
@@ -157,6 +158,47 @@ fn figure_verbs() -> Forms {
         ),
         ("BLEND over", Command::Blend { over: true }),
         ("BLEND REPLACE", Command::Blend { over: false }),
+    ]
+}
+
+/// Returns the verbs of curves, lines of text and pictures.
+fn curve_verbs() -> Forms {
+    vec![
+        (
+            "PRINT 1 -2 #f00  two  words :5 ",
+            Command::Figure(Figure::Print { x: 1, y: -2, color: RED, text: " two  words :5 ".into() }),
+        ),
+        (
+            "WIDELINE 1 2 3.5 4 .5 #ff0000",
+            Command::Figure(Figure::WideLine { p0: [1.0, 2.0], p1: [3.5, 4.0], width: 0.5, color: RED }),
+        ),
+        (
+            "ELLIPSE 1 2 3.5 4 red",
+            Command::Figure(Figure::Ellipse { center: [1.0, 2.0], radii: [3.5, 4.0], color: RED }),
+        ),
+        (
+            "FILLELLIPSE 1 2 3.5 0 #ff0000ff",
+            Command::Figure(Figure::FillEllipse { center: [1.0, 2.0], radii: [3.5, 0.0], color: RED }),
+        ),
+        (
+            "ARC 1 2 3 4 -1.5 180deg red",
+            Command::Figure(Figure::Arc {
+                center: [1.0, 2.0],
+                radii: [3.0, 4.0],
+                angles: [-1.5, std::f64::consts::PI],
+                color: RED,
+            }),
+        ),
+        (
+            "BEZIER 1 2 3 4 5 6 7 8 9.5 red",
+            Command::Figure(Figure::Bezier {
+                points: [[1.0, 2.0], [3.0, 4.0], [5.0, 6.0], [7.0, 8.0]],
+                width: 9.5,
+                color: RED,
+            }),
+        ),
+        ("TEXTSIZE 8", Command::TextSize { size: 8 }),
+        ("IMAGE 1 -2 :3\nPNG", Command::Image { x: 1, y: -2, file: b"PNG".to_vec() }),
     ]
 }
 

@@ -3,7 +3,7 @@
 use fbptr::command::{
     Command, Decoder, EndOfInput, Flow, Limits, Sink, StreamError, StreamPosition, binary_pixel,
 };
-use fbptr::draw2d::Blend;
+use fbptr::draw2d::{self, Blend};
 use fbptr::glam::DVec3;
 use fbptr::math::matrix;
 use fbptr::pipeline::DrawStats;
@@ -94,6 +94,31 @@ fn every_method_draws_as_its_verb() {
             fb.triangle([[2, 3], [90, 20], [40, 70]], [WHITE, ORANGE, WHITE]);
         }),
         ("FILL 2.5 3 90 20 40 70 ff8000a0", |fb| fb.fill([[2.5, 3.0], [90.0, 20.0], [40.0, 70.0]], ORANGE)),
+        ("WIDELINE 2.5 60 90 3.25 7 ff8000a0", |fb| {
+            fb.wide_line([2.5, 60.0], [90.0, 3.25], 7.0, ORANGE).expect("positive");
+        }),
+        ("ELLIPSE 40 30 37.5 20 ff8000a0", |fb| {
+            fb.ellipse([40.0, 30.0], [37.5, 20.0], ORANGE).expect("positive");
+        }),
+        ("FILLELLIPSE 40 30 37.5 20 ff8000a0", |fb| {
+            fb.fill_ellipse([40.0, 30.0], [37.5, 20.0], ORANGE).expect("positive");
+        }),
+        ("ARC 40 30 10 25 -90deg 0.5 ff8000a0", |fb| {
+            let arc = draw2d::Arc {
+                center: [40.0, 30.0],
+                radii: [10.0, 25.0],
+                angles: [-std::f64::consts::FRAC_PI_2, 0.5],
+            };
+            fb.arc(arc, ORANGE).expect("positive");
+        }),
+        ("BEZIER 3 60 20 -40 60 90 90 5 4 ff8000a0", |fb| {
+            let points = [[3.0, 60.0], [20.0, -40.0], [60.0, 90.0], [90.0, 5.0]];
+            fb.bezier(points, 4.0, ORANGE).expect("near");
+        }),
+        ("TEXTSIZE 3\nPRINT -5 8 ff8000a0  two words :5", |fb| {
+            fb.set_text_size(3);
+            fb.text([-5, 8], " two words :5", ORANGE);
+        }),
         ("RECT 5 6 70 80 ff8000a0", |fb| fb.rect([5, 6, 70, 80], ORANGE).expect("positive")),
         ("FILLRECT 5 6 70 8 ff8000a0", |fb| fb.fill_rect([5, 6, 70, 8], ORANGE).expect("positive")),
         ("FILLRECT 5.5 6 70.25 8 ff8000a0", |fb| {

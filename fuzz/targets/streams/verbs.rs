@@ -287,11 +287,16 @@ fn parameter_words(parameter: &Parameter, w: &mut Words) {
         match parameter.kind {
             ParameterKind::Integer => w.whole(),
             ParameterKind::Real => w.real(4.0, 8.0),
+            ParameterKind::Angle => match w.data.once_in(2) {
+                true => w.one_of(&["45deg", "-1e9deg", "1e308deg", "0deg", "deg"]),
+                false => w.real(3.0, 6.0),
+            },
             ParameterKind::Color => w.color(),
             ParameterKind::Name => w.one_of(&MESHES),
             ParameterKind::Keyword(list) => w.one_of(list),
             ParameterKind::Flag(word) => w.word(word),
             ParameterKind::Hex => w.one_of(&["00", "ff00ff00", "123", "zz"]),
+            ParameterKind::RestOfLine => w.one_of(&["words :9", ":3", "  a  b ", "\u{e9}\t|"]),
             ParameterKind::Payload | ParameterKind::Words => w.word(parameter.name),
         };
     }

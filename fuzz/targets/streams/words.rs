@@ -80,7 +80,9 @@ const JUNK: [&str; 16] = [
     "+",
     "1e-999999999",
 ];
-const COLORS: [&str; 16] = [
+const COLORS: [&str; 18] = [
+    "#f80",
+    "#ff800080",
     "ff0000",
     "00ff00",
     "0000ff",

@@ -9,14 +9,18 @@ mod keywords;
 mod names;
 mod numbers;
 mod payloads;
+mod rest_of_line;
 mod shapes;
 mod subjects;
 
 pub(super) use colors::{ClearColor, LightColor, RawColor};
 pub(super) use keywords::{BlendOver, FovMin, OnOff, ViewportKind, Wait};
 pub(super) use names::{LoadName, TextureName, load_names, write_load};
-pub(super) use numbers::{ByteCount, LightIndex, Radius, RealRadius};
+pub(super) use numbers::{
+    Angle, Angles, ByteCount, LightIndex, LineWidth, Radii, Radius, RealRadius, TextScale,
+};
 pub(super) use payloads::{Bytes, HexBytes, Records, Run, Utf8, X3dFile, blit_length};
+pub(super) use rest_of_line::RestOfLine;
 pub(super) use subjects::{SceneTime, Sorted};
 
 use super::args::{Args, LightForm, ParseError};

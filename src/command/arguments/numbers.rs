@@ -48,6 +48,108 @@ impl TextArgument for f64 {
     }
 }
 
+/// An angle in radians, or in degrees before `deg`.
+pub struct Angle;
+
+impl Argument for Angle {
+    type Value = f64;
+    const KIND: ParameterKind = ParameterKind::Angle;
+    const WORDS: Arity = Arity::ONE;
+
+    fn check_numbers(value: &f64) -> Result<(), Fault> {
+        finite(&[*value])
+    }
+
+    fn write(value: &f64, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        line.reals(&[*value]);
+        Ok(())
+    }
+}
+
+impl TextArgument for Angle {
+    fn read(args: &mut Args<'_>) -> Result<f64, ParseError> {
+        args.angle()
+    }
+}
+
+/// Two angles, each as [`Angle`].
+pub struct Angles;
+
+impl Argument for Angles {
+    type Value = [f64; 2];
+    const KIND: ParameterKind = ParameterKind::Angle;
+    const WORDS: Arity = Arity::exactly(2);
+
+    fn check_numbers(angles: &[f64; 2]) -> Result<(), Fault> {
+        finite(angles)
+    }
+
+    fn write(angles: &[f64; 2], line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        line.reals(angles);
+        Ok(())
+    }
+}
+
+impl TextArgument for Angles {
+    fn read(args: &mut Args<'_>) -> Result<[f64; 2], ParseError> {
+        Ok([args.angle()?, args.angle()?])
+    }
+}
+
+/// Two radii in reals.
+pub struct Radii;
+
+impl Argument for Radii {
+    type Value = [f64; 2];
+    const KIND: ParameterKind = ParameterKind::Real;
+    const WORDS: Arity = Arity::exactly(2);
+
+    fn check_numbers(radii: &[f64; 2]) -> Result<(), Fault> {
+        finite(radii)
+    }
+
+    fn check_sizes(radii: &[f64; 2]) -> Result<(), Fault> {
+        radii.iter().try_for_each(|radius| from_zero("radius", *radius))
+    }
+
+    fn write(radii: &[f64; 2], line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        line.reals(radii);
+        Ok(())
+    }
+}
+
+impl TextArgument for Radii {
+    fn read(args: &mut Args<'_>) -> Result<[f64; 2], ParseError> {
+        args.reals()
+    }
+}
+
+/// Magnification of letters: 1 to 8.
+pub struct TextScale;
+
+impl Argument for TextScale {
+    type Value = i32;
+    const KIND: ParameterKind = ParameterKind::Keyword(&["1", "2", "3", "4", "5", "6", "7", "8"]);
+    const WORDS: Arity = Arity::ONE;
+
+    fn check_sizes(size: &i32) -> Result<(), Fault> {
+        match (1..=8).contains(size) {
+            true => Ok(()),
+            false => Err(Fault::new(Code::Range, "the size must be 1 to 8").got(size.to_string())),
+        }
+    }
+
+    fn write(size: &i32, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        i32::write(size, line)
+    }
+}
+
+impl TextArgument for TextScale {
+    fn read(args: &mut Args<'_>) -> Result<i32, ParseError> {
+        args.int()
+    }
+}
+
 /// Defines a number that must not be negative.
 macro_rules! size {
     ($(#[$doc:meta])* $name:ident: $type:ty, $what:literal) => {
@@ -88,6 +190,10 @@ size! {
 size! {
     /// A radius in reals.
     RealRadius: f64, "radius"
+}
+size! {
+    /// The width of a line in reals.
+    LineWidth: f64, "width"
 }
 size! {
     /// A number of bytes.

@@ -210,7 +210,7 @@ impl TextArgument for LightCommand {
             b"spot" => {
                 let form = light_form(args, &[11, 14], "SPOT")?;
                 let (position, direction) = (args.vector()?, args.vector()?);
-                let [angle_rad, exponent] = args.reals()?;
+                let (angle_rad, exponent) = (args.angle()?, args.real()?);
                 let color = args.light_color(form)?;
                 let attenuation = attenuation(args)?;
                 LightCommand::Spot { position, direction, angle_rad, exponent, color, attenuation }

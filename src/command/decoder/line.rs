@@ -21,10 +21,12 @@ impl Decoder {
         let verb_end =
             line[verb_start..].iter().position(|&b| is_blank(b)).map_or(line.len(), |n| verb_start + n);
         let word = &line[verb_start..verb_end];
+        let found = Verb::find_parser(word);
+        let is_text = found.is_some_and(|(verb, _)| verb.takes_rest_of_line());
         let last_end = line.iter().rposition(|&b| !is_blank(b)).map_or(0, |n| n + 1);
         let last_start = line[..last_end].iter().rposition(|&b| is_blank(b)).map_or(0, |n| n + 1);
         let payload_length = match &line[last_start..last_end] {
-            [b':', digits @ ..] if !digits.is_empty() => match payload_length(digits) {
+            [b':', digits @ ..] if !digits.is_empty() && !is_text => match payload_length(digits) {
                 PayloadLength::Length(n) => Some(n),
                 PayloadLength::Beyond => {
                     let parse_error = ParseError::new(
@@ -57,7 +59,7 @@ impl Decoder {
         if length > self.limits.payload_bytes {
             return self.refuse_payload(Subject::of(word), length, rest, sink);
         }
-        let Some((verb, parse)) = Verb::find_parser(word) else {
+        let Some((verb, parse)) = found else {
             let parse_error = ParseError::new(Code::Verb, "unknown verb", word);
             return self.refuse(Subject::of(word), parse_error, length, rest, sink);
         };

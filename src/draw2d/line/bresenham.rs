@@ -64,13 +64,12 @@ impl VisibleRun {
         }
     }
 
-    /// Creates the run of any line: divisions give the range of its steps inside the frame; `None`
-    /// if there are none. Both coordinates are within 2^32 of 0.
-    pub fn clipped(p0: [i64; 2], p1: [i64; 2], width: u32, height: u32) -> Option<Self> {
+    /// Creates the run of any line: divisions give the range of its steps inside `clip`, a part of
+    /// rows of `width` pixels; `None` if there are none. Both coordinates are within 2^32 of 0.
+    pub fn clipped(p0: [i64; 2], p1: [i64; 2], clip: PixelRect, width: u32) -> Option<Self> {
         let line = BresenhamLine::new(p0, p1);
         let BresenhamLine { major, minor, is_x_major } = line;
-        let frame = PixelRect { x0: 0, y0: 0, x1: width as i32, y1: height as i32 };
-        let Range { start: first, end } = line.steps_inside(frame)?;
+        let Range { start: first, end } = line.steps_inside(clip)?;
         let (n, m) = (major.steps, minor.steps);
         let (made, rest) = line.minor_at(first);
         let count = (end - first) as u32;

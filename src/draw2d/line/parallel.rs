@@ -8,6 +8,7 @@ use super::bresenham::{NO_ROWS, VisibleRun};
 use super::{draw, inside, is_short, store_short};
 use crate::draw2d::{Blend, RampColor, pixels_mut};
 use crate::executor::Executor;
+use crate::math::coverage::PixelRect;
 use crate::memory::{Rgba, VideoMemory};
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -27,17 +28,13 @@ pub struct Line {
 #[inline]
 pub fn lines(memory: &mut VideoMemory, lines: impl IntoIterator<Item = Line>, blend: Blend) {
     let size = [memory.width(), memory.height()];
+    let is_slow = blend == Blend::Over || memory.is_clipped();
     let mut rows = NO_ROWS;
     let mut lines = lines.into_iter();
     loop {
         let pixels = pixels_mut(memory);
         let other = lines.find(|&Line { p0, p1, color }| {
-            if blend == Blend::Over
-                || color.to.is_some()
-                || !is_short(p0, p1)
-                || !inside(p0, size)
-                || !inside(p1, size)
-            {
+            if is_slow || color.to.is_some() || !is_short(p0, p1) || !inside(p0, size) || !inside(p1, size) {
                 return true;
             }
             store_short(pixels, p0, p1, size[0], color.from);
@@ -60,7 +57,7 @@ where
 {
     let (width, height) = (memory.width(), memory.height());
     let bands = executor.threads().clamp(1, height as usize);
-    if bands == 1 || !is_worth_threads(lines) {
+    if bands == 1 || memory.is_clipped() || !is_worth_threads(lines) {
         return super::lines(memory, lines.iter().map(|&l| l.into()), blend);
     }
     let band_rows = height.div_ceil(bands as u32);
@@ -149,7 +146,8 @@ impl Band {
             return VisibleRun::unclipped(a, b, self.width).draw(pixels, color, blend);
         }
         let [a, b] = [p0, p1].map(|[x, y]| [i64::from(x), i64::from(y) - i64::from(self.top)]);
-        let run = VisibleRun::clipped(a, b, self.width, self.rows);
+        let band = PixelRect { x0: 0, y0: 0, x1: self.width as i32, y1: self.rows as i32 };
+        let run = VisibleRun::clipped(a, b, band, self.width);
         run.map_or(NO_ROWS, |run| run.draw(pixels, color, blend))
     }
 }

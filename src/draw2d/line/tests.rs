@@ -3,16 +3,22 @@
 use super::*;
 use crate::draw2d::raster::{extremes, golden, lit, memory, picture};
 use crate::executor::Executor;
+use crate::math::coverage::PixelRect;
 use proptest::prelude::*;
 use serde_json::Value;
 use std::time::Instant;
 
 const WHITE: RampColor = RampColor { from: [255; 4], to: None };
 
+/// Returns all pixels of a frame.
+fn whole(width: u32, height: u32) -> PixelRect {
+    PixelRect { x0: 0, y0: 0, x1: width as i32, y1: height as i32 }
+}
+
 /// Returns the run that [`draw`] draws.
 fn visible(p0: [i32; 2], p1: [i32; 2], width: u32, height: u32) -> Option<VisibleRun> {
     let is_inside = inside(p0, [width, height]) && inside(p1, [width, height]);
-    let clipped = VisibleRun::clipped(p0.map(i64::from), p1.map(i64::from), width, height);
+    let clipped = VisibleRun::clipped(p0.map(i64::from), p1.map(i64::from), whole(width, height), width);
     if is_inside { Some(VisibleRun::unclipped(p0, p1, width)) } else { clipped }
 }
 
@@ -194,7 +200,7 @@ fn a_whole_line_clipped_is_itself() {
         let (p0, p1) = ([a % 12, a / 12], [b % 12, b / 12]);
         let (mut complete, mut clipped) = (Vec::new(), Vec::new());
         VisibleRun::unclipped(p0, p1, 12).visit(|at| complete.push(at));
-        VisibleRun::clipped(p0.map(i64::from), p1.map(i64::from), 12, 9)
+        VisibleRun::clipped(p0.map(i64::from), p1.map(i64::from), whole(12, 9), 12)
             .unwrap()
             .visit(|at| clipped.push(at));
         assert_eq!(complete, clipped, "{p0:?} {p1:?}");
@@ -332,7 +338,7 @@ fn a_line_clipped_to_bands_is_the_line() {
         line(&mut complete, l.p0, l.p1, l.color, Blend::Replace);
         for y in 0..40 {
             let [a, b] = [l.p0, l.p1].map(|[x, line_y]| [i64::from(x), i64::from(line_y) - y]);
-            if let Some(run) = VisibleRun::clipped(a, b, 60, 1) {
+            if let Some(run) = VisibleRun::clipped(a, b, whole(60, 1), 60) {
                 let row = &mut super::pixels_mut(&mut rows)[60 * y as usize..][..60];
                 assert_eq!(run.draw(row, l.color, Blend::Replace), 0..1);
                 marked += 1;

@@ -121,6 +121,47 @@ impl Client {
         self.figure(Figure::Text { x, y, color, utf8: text.as_bytes().to_vec() });
     }
 
+    /// Sends `PRINT`: one line of text, without control characters.
+    pub fn print(&self, [x, y]: [i32; 2], text: &str, color: Rgba) {
+        self.figure(Figure::Print { x, y, color, text: text.to_owned() });
+    }
+
+    /// Sends `TEXTSIZE`: the magnification of the letters of text, 1 to 8.
+    pub fn text_size(&self, size: u8) {
+        self.send(Command::TextSize { size: size.into() });
+    }
+
+    /// Sends `WIDELINE`: a line of any width with round ends.
+    pub fn wide_line(&self, p0: [f64; 2], p1: [f64; 2], width: f64, color: Rgba) {
+        self.figure(Figure::WideLine { p0, p1, width, color });
+    }
+
+    /// Sends `ELLIPSE`: the rim of a filled ellipse.
+    pub fn ellipse(&self, center: [f64; 2], radii: [f64; 2], color: Rgba) {
+        self.figure(Figure::Ellipse { center, radii, color });
+    }
+
+    /// Sends `FILLELLIPSE`.
+    pub fn fill_ellipse(&self, center: [f64; 2], radii: [f64; 2], color: Rgba) {
+        self.figure(Figure::FillEllipse { center, radii, color });
+    }
+
+    /// Sends `ARC`: a part of a ring.
+    pub fn arc(&self, arc: crate::draw2d::Arc, color: Rgba) {
+        let crate::draw2d::Arc { center, radii, angles } = arc;
+        self.figure(Figure::Arc { center, radii, angles, color });
+    }
+
+    /// Sends `BEZIER`: a cubic curve of any width with round ends.
+    pub fn bezier(&self, points: [[f64; 2]; 4], width: f64, color: Rgba) {
+        self.figure(Figure::Bezier { points, width, color });
+    }
+
+    /// Sends `IMAGE` with the bytes of a PNG or JPEG file.
+    pub fn image(&self, [x, y]: [i32; 2], file: Vec<u8>) {
+        self.send(Command::Image { x, y, file });
+    }
+
     /// Sends `BLEND over` or `BLEND replace`.
     pub fn blend(&self, blend: crate::draw2d::Blend) {
         self.send(Command::Blend { over: blend == crate::draw2d::Blend::Over });

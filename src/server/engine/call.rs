@@ -91,6 +91,14 @@ impl<T> Lend for Vec<T> {
     }
 }
 
+impl Lend for String {
+    type Lent<'a> = &'a str;
+
+    fn lend(&self) -> &str {
+        self
+    }
+}
+
 macro_rules! lend_by_value {
     ($($type:ty),*) => {
         $(impl Lend for $type {
@@ -103,5 +111,5 @@ macro_rules! lend_by_value {
     };
 }
 
-lend_by_value!(bool, i32, f64, [i32; 2], [f64; 2], [[i32; 2]; 3], [[f64; 2]; 3]);
+lend_by_value!(bool, i32, f64, [i32; 2], [f64; 2], [[i32; 2]; 3], [[f64; 2]; 3], [[f64; 2]; 4]);
 lend_by_value!([u8; 4], Rect, RealRect, RampColor, AreaColors);

@@ -39,10 +39,11 @@ impl EngineFrame {
     /// Draws one pixel at its final position, and counts it as drawn or clipped.
     #[inline]
     pub(super) fn pixel(&mut self, s: &mut Session, x: i32, y: i32, color: Rgba) {
-        let is_inside = (x as u32) < self.memory.width() && (y as u32) < self.memory.height();
+        let is_inside = self.memory.is_drawable(x, y);
         s.stats.pixels += u64::from(is_inside);
         s.stats.clipped += u64::from(!is_inside);
         match s.blend {
+            _ if !is_inside => {}
             Blend::Replace => self.memory.put_pixel(x, y, color),
             Blend::Over => draw2d::put_pixel(&mut self.memory, x, y, color, Blend::Over),
         }
@@ -65,12 +66,8 @@ impl EngineFrame {
             let message = format!("a run is whole pixels of 4 bytes, not {} bytes", rgba.len());
             return Err(Fault::new(Code::Format, message));
         }
-        let (w, h) = (self.memory.width() as u64, self.memory.height() as u64);
-        let (count, start) = (rgba.len() as u64 / 4, w * y as u64 + x as u64);
-        let stored = count.min((w * h).saturating_sub(start));
-        s.stats.pixels += stored;
-        s.stats.clipped += count - stored;
-        draw2d::pixel_run(&mut self.memory, x, y, rgba);
+        let stored = draw2d::pixel_run(&mut self.memory, x, y, rgba);
+        s.count_pixels(rgba.len() / 4, stored);
         Ok(())
     }
 
@@ -83,20 +80,33 @@ impl EngineFrame {
         Ok(())
     }
 
-    /// Returns the number of a rectangle's pixels that are on the frame.
+    /// Draws the rows of a picture as `BLEND` says.
+    pub(super) fn image(&mut self, s: &mut Session, rect: Rect, rgba: &[u8]) -> Result<(), Fault> {
+        draw2d::blit(&mut self.memory, rect, rgba, s.blend)?;
+        let stored = self.visible(rect);
+        s.count_pixels(rgba.len() / 4, stored);
+        Ok(())
+    }
+
+    /// Returns the number of a rectangle's pixels that are on the frame, and in the clip rectangle.
     pub(super) fn visible(&self, Rect { x, y, w, h }: Rect) -> u64 {
-        let side = |start: i32, len: i32, limit: u32| {
-            let (start, limit) = (i64::from(start), i64::from(limit));
-            ((start + i64::from(len)).clamp(0, limit) - start.clamp(0, limit)).max(0) as u64
+        let side = |start: i32, len: i32, within: &std::ops::Range<u32>| {
+            let (start, low, high) = (i64::from(start), i64::from(within.start), i64::from(within.end));
+            ((start + i64::from(len)).clamp(low, high) - start.clamp(low, high)).max(0) as u64
         };
-        side(x, w, self.memory.width()) * side(y, h, self.memory.height())
+        let [columns, rows] = self.memory.clip();
+        side(x, w, &columns) * side(y, h, &rows)
     }
 
     /// Does what CLEAR does besides filling the pixels: counts them, and clears the depth and pick
-    /// buffers.
+    /// buffers, all within the clip rectangle.
     pub(super) fn end_clear(&mut self, s: &mut Session) {
-        s.stats.pixels += self.memory.bytes().len() as u64 / 4;
-        self.clear_depths_and_ids();
+        let [columns, rows] = self.memory.clip();
+        s.stats.pixels += columns.len() as u64 * rows.len() as u64;
+        match self.memory.is_clipped() {
+            true => self.clear_depths_and_ids_within(&columns, &rows),
+            false => self.clear_depths_and_ids(),
+        }
     }
 }
 
@@ -210,11 +220,11 @@ impl Engine {
     pub(super) fn points(&mut self, s: &mut Session, packed: impl AsRef<[u8]>) -> Result<(), Fault> {
         let packed = packed.as_ref();
         draw2d::points_on(&self.executor(), &mut self.framebuffer.memory, packed, Blend::Replace)?;
-        let (w, h) = (self.framebuffer.width(), self.framebuffer.height());
+        let [columns, rows] = self.framebuffer.memory.clip();
         let records = packed.as_chunks::<8>().0;
         let is_inside = |r: &&[u8; 8]| {
             let at = |i: usize| u32::from(u16::from_le_bytes([r[i], r[i + 1]]));
-            at(0) < w && at(2) < h
+            columns.contains(&at(0)) && rows.contains(&at(2))
         };
         let stored = records.iter().filter(is_inside).count();
         s.stats.pixels += stored as u64;
@@ -223,7 +233,11 @@ impl Engine {
     }
 
     pub(super) fn clear(&mut self, s: &mut Session, color: Rgba) {
-        self.rendering.renderer.clear(&mut self.framebuffer.memory, color);
+        let memory = &mut self.framebuffer.memory;
+        match memory.is_clipped() {
+            true => memory.clear_rows(0..memory.height(), color),
+            false => self.rendering.renderer.clear(memory, color),
+        }
         self.framebuffer.end_clear(s);
     }
 

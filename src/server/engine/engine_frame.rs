@@ -11,6 +11,7 @@ use crate::memory::{
 use crate::pipeline::Target;
 use crate::scene::{HiddenSurface, Object, Scene};
 use std::collections::HashMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Memory of a name in the tables of object names, in bytes without its letters.
@@ -138,6 +139,16 @@ impl EngineFrame {
             depth: &mut self.depth,
             depth_format: self.depth_format,
             ids: Some(self.ids.get_or_insert_with(|| PickBuffer::new(width, height))),
+        }
+    }
+
+    /// Clears these columns and rows of the depth and pick buffers.
+    pub fn clear_depths_and_ids_within(&mut self, columns: &Range<u32>, rows: &Range<u32>) {
+        if let Some(depth) = &mut self.depth {
+            depth.clear_within(columns, rows);
+        }
+        if let Some(ids) = &mut self.ids {
+            ids.clear_within(columns, rows);
         }
     }
 

@@ -4,7 +4,7 @@
 //! the rows to which it is restricted while a figure is drawn in bands.
 
 use super::Engine;
-use crate::draw2d::{self, AreaColors, DrawError, RampColor, RealRect, Rect};
+use crate::draw2d::{self, Arc, AreaColors, DrawError, RampColor, RealRect, Rect};
 use crate::memory::Rgba;
 use crate::server::Session;
 
@@ -72,7 +72,70 @@ impl Engine {
         color: Rgba,
         utf8: &[u8],
     ) -> Result<(), DrawError> {
-        draw2d::text(&mut self.framebuffer.memory, [x, y], utf8, color, s.blend)
+        draw2d::scaled_text(&mut self.framebuffer.memory, [x, y], utf8, s.text_size, color, s.blend)
+    }
+
+    pub(super) fn print(
+        &mut self,
+        s: &mut Session,
+        x: i32,
+        y: i32,
+        color: Rgba,
+        text: &str,
+    ) -> Result<(), DrawError> {
+        self.text(s, x, y, color, text.as_bytes())
+    }
+
+    pub(super) fn wide_line(
+        &mut self,
+        s: &mut Session,
+        p0: [f64; 2],
+        p1: [f64; 2],
+        width: f64,
+        color: Rgba,
+    ) -> Result<(), DrawError> {
+        draw2d::wide_line(&mut self.framebuffer.memory, p0, p1, width, color, s.blend)
+    }
+
+    pub(super) fn ellipse(
+        &mut self,
+        s: &mut Session,
+        center: [f64; 2],
+        radii: [f64; 2],
+        color: Rgba,
+    ) -> Result<(), DrawError> {
+        draw2d::ellipse(&mut self.framebuffer.memory, center, radii, color, s.blend)
+    }
+
+    pub(super) fn fill_ellipse(
+        &mut self,
+        s: &mut Session,
+        center: [f64; 2],
+        radii: [f64; 2],
+        color: Rgba,
+    ) -> Result<(), DrawError> {
+        draw2d::fill_ellipse(&mut self.framebuffer.memory, center, radii, color, s.blend)
+    }
+
+    pub(super) fn arc(
+        &mut self,
+        s: &mut Session,
+        center: [f64; 2],
+        radii: [f64; 2],
+        angles: [f64; 2],
+        color: Rgba,
+    ) -> Result<(), DrawError> {
+        draw2d::arc(&mut self.framebuffer.memory, Arc { center, radii, angles }, color, s.blend)
+    }
+
+    pub(super) fn bezier(
+        &mut self,
+        s: &mut Session,
+        points: [[f64; 2]; 4],
+        width: f64,
+        color: Rgba,
+    ) -> Result<(), DrawError> {
+        draw2d::bezier(&mut self.framebuffer.memory, points, width, color, s.blend)
     }
 
     pub(super) fn line_aa(&mut self, _: &mut Session, p0: [f64; 2], p1: [f64; 2], color: Rgba) {

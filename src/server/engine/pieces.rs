@@ -102,7 +102,23 @@ impl Engine {
                 pixels * composed + u64::from(self.framebuffer.height()) * points.len() as u64 * 32
             }
             C::Points { packed } => packed.len() as u64,
-            C::Figure(Figure::Text { utf8, .. }) => utf8.len() as u64 * 8,
+            C::Figure(Figure::Text { utf8, .. }) => utf8.len() as u64 * 8 * u64::from(s.text_size).pow(2),
+            C::Figure(Figure::FillEllipse { center: [cx, cy], radii: [rx, ry], .. }) => {
+                self.visible_box([cx - rx, cy - ry], [cx + rx, cy + ry]).0 * composed / 2
+            }
+            C::Figure(Figure::Arc { center: [cx, cy], radii: [_, r], .. }) => {
+                let (pixels, is_near) = self.visible_box([cx - r, cy - r], [cx + r, cy + r]);
+                if is_near { pixels * composed } else { pixels * 64 }
+            }
+            C::Figure(Figure::WideLine { p0, p1, width, .. }) => {
+                let (pixels, is_near) = self.visible_stroke(&[*p0, *p1], *width);
+                if is_near { pixels * composed } else { pixels * 64 }
+            }
+            C::Figure(Figure::Bezier { points, width, .. }) => {
+                // Up to 8192 steps, each of which may meet every row.
+                let (pixels, _) = self.visible_stroke(points, *width);
+                pixels * composed + if pixels > 0 { draw2d::bezier_steps(points) * 4000 } else { 0 }
+            }
             _ => return false,
         };
         cost > LONG_NS
@@ -118,6 +134,14 @@ impl Engine {
         self.visible_box(low, high)
     }
 
+    /// Returns the same of the points nearer than half a width to some points' bounding box.
+    fn visible_stroke(&self, points: &[[f64; 2]], width: f64) -> (u64, bool) {
+        let reach = width / 2.0;
+        let around = |p: &[f64; 2]| [[p[0] - reach, p[1] - reach], [p[0] + reach, p[1] + reach]];
+        let corners: Vec<_> = points.iter().flat_map(around).collect();
+        self.visible_of(&corners)
+    }
+
     fn visible_box(&self, low: [f64; 2], high: [f64; 2]) -> (u64, bool) {
         let size = [self.framebuffer.width(), self.framebuffer.height()].map(f64::from);
         let side = |i: usize| (high[i].min(size[i]) - low[i].max(0.0)).max(0.0).ceil() as u64;
@@ -129,7 +153,9 @@ impl Engine {
     pub(super) fn begin_in_pieces(&mut self, s: &mut Session, command: Command) -> Pieces {
         let next = match &command {
             Command::Points { .. } => Next::Record(0),
-            Command::Figure(Figure::Text { x, y, .. }) => Next::Letter(TextCursor::new([*x, *y])),
+            Command::Figure(Figure::Text { x, y, .. }) => {
+                Next::Letter(TextCursor::scaled([*x, *y], s.text_size))
+            }
             Command::Crc { .. } => Next::CrcRow(0, crc32fast::Hasher::new()),
             _ => Next::Row(0),
         };
@@ -441,6 +467,25 @@ mod tests {
                 color: b,
             }),
             Command::Figure(Figure::FillCircle { cx: 300.25, cy: 100.5, r: 250.0, color: a }),
+            Command::Figure(Figure::FillEllipse { center: [300.25, 100.5], radii: [400.0, 250.0], color: a }),
+            Command::Figure(Figure::Ellipse { center: [300.25, 100.5], radii: [290.0, 150.0], color: a }),
+            Command::Figure(Figure::Arc {
+                center: [300.25, 100.5],
+                radii: [20.0, 350.0],
+                angles: [-1.0, 3.5],
+                color: a,
+            }),
+            Command::Figure(Figure::WideLine {
+                p0: [-30.0, 20.5],
+                p1: [720.0, 300.0],
+                width: 90.5,
+                color: b,
+            }),
+            Command::Figure(Figure::Bezier {
+                points: [[3.0, 4.0], [900.0, 20.0], [-200.0, 300.0], [690.0, 310.0]],
+                width: 40.0,
+                color: b,
+            }),
             Command::Clear { color: c },
             Command::Copy { source: rect(3, 0, 600, 300), dx: 9, dy: 11 },
             Command::Copy { source: rect(3, 20, 600, 300), dx: 1, dy: -40 },

@@ -148,6 +148,31 @@ impl Engine {
         })))
     }
 
+    /// Runs `IMAGE`: a job decodes the picture, which is then drawn as the session's `BLEND` says.
+    pub(super) fn image_job(
+        &mut self,
+        s: &mut Session,
+        x: i32,
+        y: i32,
+        file: Vec<u8>,
+    ) -> Result<Progress, Fault> {
+        let memory = self.job_memory(s, ResourceKind::Texture, "", file.len())?;
+        Ok(Progress::Job(Job::new(file.len() <= SMALL_PICTURE_BYTES, move |cancel| {
+            let mut memory = memory.until(cancel);
+            let decoded = load::texture::decode_within(&file, "picture", &mut memory.result);
+            let apply = decoded.map_err(Fault::from).map(|picture| {
+                move |engine: &mut Engine, s: &mut Session, _: &mut Vec<u8>| {
+                    // The picture's memory stays reserved until it is drawn.
+                    let _memory = memory;
+                    let [w, h] = [picture.width(), picture.height()].map(|side| side as i32);
+                    engine.framebuffer.image(s, Rect { x, y, w, h }, picture.bytes())?;
+                    Ok(Progress::Done(Effect::Done))
+                }
+            });
+            JobResult::new(Command::Image { x, y, file }, apply)
+        })))
+    }
+
     /// Runs `SCENE`: a job parses the file, and the files that it refers to.
     pub(super) fn scene_job(&mut self, s: &mut Session, x3d: Vec<u8>) -> Result<Progress, Fault> {
         let memory = self.job_memory(s, ResourceKind::Scene, SCENE_NAME, x3d.len())?;
@@ -296,10 +321,13 @@ impl Engine {
     fn put_eye_rows(&mut self, eye: &Eye, rect: Rect, band: Range<u32>) {
         let ([columns, rows], pixels) = eye.picture();
         let width = i64::from(self.framebuffer.width());
+        let [columns_drawn, rows_drawn] = self.framebuffer.memory.clip();
         let (x, y, w, h) = (i64::from(rect.x), i64::from(rect.y), i64::from(rect.w), i64::from(rect.h));
-        let (top, bottom) = (i64::from(band.start), i64::from(band.end));
+        let top = i64::from(band.start.max(rows_drawn.start));
+        let bottom = i64::from(band.end.min(rows_drawn.end)).max(top);
         let ys = y.clamp(top, bottom)..(y + h).clamp(top, bottom);
-        let xs = x.clamp(0, width)..(x + w).clamp(0, width);
+        let [left, right] = [columns_drawn.start, columns_drawn.end].map(i64::from);
+        let xs = x.clamp(left, right)..(x + w).clamp(left, right);
         let frame = self.framebuffer.memory.bytes_mut().as_chunks_mut::<4>().0;
         for j in ys.clone() {
             // The source pixel that contains the centre of this pixel.

@@ -38,6 +38,10 @@ impl Engine {
         s.blend = if over { Blend::Over } else { Blend::Replace };
     }
 
+    pub(super) fn set_text_size(&self, s: &mut Session, size: i32) {
+        s.text_size = size.clamp(1, 8) as u8;
+    }
+
     pub(super) fn set_ambient(&self, s: &mut Session, color: DVec3) {
         s.ambient = color;
     }

@@ -63,6 +63,18 @@ impl Tour {
             Figure::FillPoly { color, points } => fb.fill_poly(&points, color),
             Figure::Text { x, y, color, utf8 } => fb.text([x, y], &String::from_utf8_lossy(&utf8), color),
             Figure::LineAa { p0, p1, color } => fb.line_aa(p0, p1, color),
+            Figure::Print { x, y, color, text } => fb.text([x, y], &text, color),
+            Figure::WideLine { p0, p1, width, color } => {
+                fb.wide_line(p0, p1, width, color).map_err(refused)?;
+            }
+            Figure::Ellipse { center, radii, color } => fb.ellipse(center, radii, color).map_err(refused)?,
+            Figure::FillEllipse { center, radii, color } => {
+                fb.fill_ellipse(center, radii, color).map_err(refused)?;
+            }
+            Figure::Arc { center, radii, angles, color } => {
+                fb.arc(fbptr::draw2d::Arc { center, radii, angles }, color).map_err(refused)?;
+            }
+            Figure::Bezier { points, width, color } => fb.bezier(points, width, color).map_err(refused)?,
         }
         Ok(())
     }

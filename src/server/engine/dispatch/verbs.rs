@@ -45,7 +45,7 @@ macro_rules! run_commands {
             = $way:ident $function:ident
             $(with $($hooked:ident = $hook:ident),+)?
         )|+
-        $(-> $reply:ident)?
+        $(-> $reply:ident)? $(in $reach:ident)?
         : $forms:tt eg $example:literal;
     )*) => {
         impl Engine {
@@ -98,6 +98,7 @@ macro_rules! run_figures {
             = fn $function:ident
             $(with $($hooked:ident = $hook:ident),+)?
         )|+
+        $(in $reach:ident)?
         : $forms:tt eg $example:literal;
     )+) => {
         impl Engine {
@@ -127,7 +128,7 @@ macro_rules! has_variant {
             = $way:ident $function:ident
             $(with $($hooked:ident = $hook:ident),+)?
         )|+
-        $(-> $reply:ident)?
+        $(-> $reply:ident)? $(in $reach:ident)?
         : $forms:tt eg $example:literal;
     )*) => {
         /// Returns whether the command is one of Pixelflut's own.
