@@ -206,14 +206,16 @@ fn obey(word: &Typed<'_>, session: &mut Session) -> Result<(), String> {
             output::print("A command whose payload is a file ends in < FILE: TEX stone < stone.png\n");
         }
         Typed::Help(Some(verb)) => output::print(explain(verb)?),
-        Typed::Undo(count) => match session.undo(*count).map_err(broken)? {
-            0 => return Err("there is nothing to undo".to_owned()),
-            _ => {}
-        },
-        Typed::Redo(count) => match session.redo(*count).map_err(broken)? {
-            0 => return Err("there is nothing to redo".to_owned()),
-            _ => {}
-        },
+        Typed::Undo(count) => {
+            if session.undo(*count).map_err(broken)? == 0 {
+                return Err("there is nothing to undo".to_owned());
+            }
+        }
+        Typed::Redo(count) => {
+            if session.redo(*count).map_err(broken)? == 0 {
+                return Err("there is nothing to redo".to_owned());
+            }
+        }
         Typed::List => session.list().for_each(|line| output::print(format!("{line}\n"))),
         Typed::Save(file) => session.save(Path::new(file))?,
         Typed::Snap(file) => snap(session, Path::new(file))?,
