@@ -120,8 +120,10 @@ enum Alpha {
 enum Enlarge {
     /// By whole factors, with bars at the sides
     Whole,
-    /// To the window's width or height
+    /// To the window's width or height, sharp
     Fit,
+    /// To the window's width or height, smooth
+    Smooth,
 }
 
 /// The quotas.
@@ -484,7 +486,11 @@ impl Serve {
         Options {
             title: "fbptr serve".into(),
             fullscreen: self.fullscreen,
-            scaling: if self.scaling == Enlarge::Fit { Scaling::Fit } else { Scaling::Whole },
+            scaling: match self.scaling {
+                Enlarge::Whole => Scaling::Whole,
+                Enlarge::Fit => Scaling::Fit,
+                Enlarge::Smooth => Scaling::Smooth,
+            },
             crt: self.crt.in_window(),
             saves_crt: self.crt.in_files(),
             shows_rates: self.overlay,

@@ -63,6 +63,9 @@ impl Tour {
             time: 0.0,
             fps: FRAMES_PER_SECOND,
             cull: None,
+            studio: false,
+            turntable: false,
+            split: None,
             renderer: Renderer::default(),
             pool: Executor::of_pool(worker_pool(None)),
         };
@@ -117,6 +120,7 @@ impl Tour {
         let mut options = crate::window::ViewerOptions {
             title: "fbptr: a framebuffer you can point at".to_owned(),
             crt: self.crt,
+            is_smooth: false,
             save_dir: ".".into(),
             movie: None,
             ends_after: self.frames.map(|n| std::time::Duration::from_secs_f64(seconds(n))),

@@ -8,8 +8,8 @@ use crate::executor::Executor;
 use crate::load::SandboxDir;
 use crate::save::{self, Movie, MovieFormat};
 use crate::server::{Engine, Limits, worker_pool};
-use crate::viewer::{Model, Viewer, ViewerOptions, help_lines};
-use clap::Args;
+use crate::viewer::{Model, Split, Viewer, ViewerOptions, help_lines};
+use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -26,15 +26,25 @@ pub struct ViewArgs {
     /// Seconds since the scene's start
     #[arg(long, value_name = "T", value_parser = super::render::finite, default_value = "0", allow_negative_numbers = true)]
     time: f64,
-    /// Frames a second
-    #[arg(long, value_name = "F", value_parser = super::render::positive, default_value = "25")]
-    fps: f64,
+    /// Frames a second [default: 60 in a window; 25 with --headless, --snap or --movie]
+    #[arg(long, value_name = "F", value_parser = super::render::positive)]
+    fps: Option<f64>,
     /// End after so many frames; without a window, draw so many [default there: 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     frames: Option<u64>,
     /// Open no window
     #[arg(long)]
     headless: bool,
+    /// Frame and light models, put them on a ground, and smooth what is at rest: on or off
+    /// [default: on in a window, off with --headless, --snap or --movie]
+    #[arg(long, value_name = "on|off", value_parser = on_or_off)]
+    studio: Option<bool>,
+    /// Let the model turn, once in 12 seconds; T stops it
+    #[arg(long)]
+    turntable: bool,
+    /// Show two modes side by side, and their difference magnified; V goes on to the next two
+    #[arg(long, value_name = "MODES", value_enum)]
+    split: Option<SplitArg>,
     /// Show the picture as a cathode ray tube does; K changes it. Files never have that look
     #[arg(long, conflicts_with = "headless")]
     crt: bool,
@@ -74,6 +84,19 @@ impl ViewArgs {
         }
     }
 
+    /// Returns whether the bytes of the pictures are kept, for other programs to compare.
+    fn keeps_bytes(&self) -> bool {
+        self.headless || self.snap.is_some() || self.movie.is_some()
+    }
+
+    fn is_studio(&self) -> bool {
+        self.studio.unwrap_or(!self.keeps_bytes())
+    }
+
+    fn fps(&self) -> f64 {
+        self.fps.unwrap_or(if self.keeps_bytes() { 25.0 } else { 60.0 })
+    }
+
     fn view(&self) -> Result<Status, SceneError> {
         let bad = SceneError::NoFile;
         if let Some(snap) = &self.snap {
@@ -86,7 +109,7 @@ impl ViewArgs {
         let model = self.read(&mut watch, None)?;
         let [width, height] = match self.size {
             Some(FrameSize { width, height }) => [width, height],
-            None => Viewer::frame_size(&model),
+            None => Viewer::frame_size(&model, self.is_studio()),
         };
         Limits::default().check_frame(width, height).map_err(|e| bad(e.message))?;
         let model = match model {
@@ -95,7 +118,9 @@ impl ViewArgs {
             model => model,
         };
         let movie = match &self.movie {
-            Some(path) => Some(Movie::create(path, width, height, self.fps).map_err(|e| bad(e.to_string()))?),
+            Some(path) => {
+                Some(Movie::create(path, width, height, self.fps()).map_err(|e| bad(e.to_string()))?)
+            }
             None => None,
         };
         let name = self.file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
@@ -103,8 +128,11 @@ impl ViewArgs {
             name,
             size: [width, height],
             time: self.time,
-            fps: self.fps,
+            fps: self.fps(),
             cull: self.meshes.cull,
+            studio: self.is_studio(),
+            turntable: self.turntable,
+            split: self.split.map(SplitArg::split),
             renderer: self.drawing.renderer(),
             pool: Executor::of_pool(worker_pool(None)),
         };
@@ -176,6 +204,7 @@ impl ViewArgs {
                 viewer.step(1);
             }
             viewer.refresh();
+            viewer.finish_smoothing();
             if let Some(failure) = viewer.failure() {
                 say_as_program(format_args!("{}: {failure}", self.file.display()));
                 return Ok(false);
@@ -206,15 +235,45 @@ impl ViewArgs {
         let mut options = crate::window::ViewerOptions {
             title: format!("fbptr view {}", self.file.display()),
             crt: self.crt,
+            is_smooth: self.is_studio(),
             save_dir: self.save_dir.clone(),
-            movie: movie.map(|movie| (movie, self.fps)),
+            movie: movie.map(|movie| (movie, self.fps())),
             ends_after: self
                 .frames
-                .map(|n| std::time::Duration::from_secs_f64((n as f64 / self.fps).min(1e9))),
+                .map(|n| std::time::Duration::from_secs_f64((n as f64 / self.fps()).min(1e9))),
             reload: Box::new(reload),
         };
         crate::window::run_viewer(viewer, &mut options)
             .map_err(|e| NoWindow(e.to_string(), options.movie.map(|(movie, _)| movie)))
+    }
+}
+
+/// Two modes to compare.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum SplitArg {
+    /// Gouraud and Phong shading
+    Shading,
+    /// The exact path and the fast one
+    Path,
+    /// Depth in f32 and in u16
+    Depth,
+}
+
+impl SplitArg {
+    fn split(self) -> Split {
+        match self {
+            SplitArg::Shading => Split::Shading,
+            SplitArg::Path => Split::Path,
+            SplitArg::Depth => Split::Depth,
+        }
+    }
+}
+
+fn on_or_off(text: &str) -> Result<bool, String> {
+    match text {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err("expected on or off".to_owned()),
     }
 }
 

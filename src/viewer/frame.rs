@@ -8,11 +8,17 @@ pub(super) struct ViewerFrame {
     pub memory: VideoMemory,
     pub depth: Option<DepthMemory>,
     pub ids: Option<PickBuffer>,
+    pub depth_format: DepthFormat,
 }
 
 impl ViewerFrame {
     pub fn new([width, height]: [u32; 2]) -> Result<Self, MemoryError> {
-        Ok(ViewerFrame { memory: VideoMemory::new(width, height)?, depth: None, ids: None })
+        Ok(ViewerFrame {
+            memory: VideoMemory::new(width, height)?,
+            depth: None,
+            ids: None,
+            depth_format: DepthFormat::default(),
+        })
     }
 
     /// Clears everything. Ids are stored only if depth is.
@@ -31,7 +37,7 @@ impl ViewerFrame {
         Target {
             memory: &mut self.memory,
             depth: &mut self.depth,
-            depth_format: DepthFormat::default(),
+            depth_format: self.depth_format,
             ids: self.ids.as_mut(),
         }
     }

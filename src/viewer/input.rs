@@ -1,7 +1,8 @@
 //! Effects of keys, pointer and wheel on the viewer.
 
 use super::keys::{self, Action, Key, Look};
-use super::{Request, Show, Subject, Viewer};
+use super::split::SplitScreen;
+use super::{Request, Show, Split, Subject, Viewer};
 use crate::command::{self, Command};
 use crate::scene::{Camera, Cull, HiddenSurface, Navigator, Projection, contain};
 use glam::DVec3;
@@ -25,6 +26,10 @@ impl Viewer {
         if is_repeat && !binding.repeats() {
             return None;
         }
+        if let (Subject::Nd(_), false) = (&self.subject, binding.action == Action::Pause) {
+            // A polytope turns by itself until a key is pressed.
+            self.wishes.turns = false;
+        }
         self.act(binding.action)
     }
 
@@ -40,6 +45,9 @@ impl Viewer {
             Action::Fullscreen => return Some(Request::Fullscreen),
             Action::Scaling => return Some(Request::Scaling),
             Action::Crt => return Some(Request::Crt),
+            Action::Ground => self.toggle_ground(),
+            Action::Turntable => self.toggle_turntable(),
+            Action::Compare => self.compare_next(),
             Action::SaveView => return self.save_view(),
             // Help and plan share a corner: each replaces the other.
             Action::Help => (self.shows_help, self.shows_plan) = (!self.shows_help, false),
@@ -47,12 +55,20 @@ impl Viewer {
             Action::FrameRate => self.shows_rate = !self.shows_rate,
             Action::Plan => (self.shows_plan, self.shows_help) = (!self.shows_plan, false),
             Action::Inspect => {
+                self.end_split();
                 self.inspects = !self.inspects;
                 self.set_keeps_depth();
             }
             Action::Depth => self.toggle(Show::Depth),
             Action::Difference => self.toggle(Show::Difference),
             Action::Pause => {
+                if let Subject::Nd(nd) = &self.subject
+                    && nd.has_gallery()
+                {
+                    self.wishes.turns = !self.wishes.turns;
+                    self.is_paused = false;
+                    return None;
+                }
                 self.is_paused = !self.is_paused;
                 if !self.is_animated() {
                     self.say("nothing moves by itself here".to_owned());
@@ -74,6 +90,7 @@ impl Viewer {
             Action::Hide => self.next_hide(),
             Action::Reset => {
                 self.wishes.navigator = Navigator::default();
+                (self.turned_frames, self.wishes.turned_rad) = (0, 0.0);
                 if let Subject::Nd(nd) = &mut self.subject {
                     nd.reset();
                 }
@@ -104,12 +121,83 @@ impl Viewer {
 
     /// Switches between another picture and the rendered one.
     fn toggle(&mut self, show: Show) {
+        self.end_split();
         self.show = if self.show == show { Show::Picture } else { show };
         self.other_of = None;
         self.set_keeps_depth();
     }
 
+    /// Shows or hides the studio's ground.
+    fn toggle_ground(&mut self) {
+        match &self.subject {
+            Subject::Space(space) if space.has_ground() => {
+                self.wishes.hides_ground = !self.wishes.hides_ground;
+                self.is_stale = true;
+            }
+            _ => self.say("only meshes stand on a ground, in a window or with --studio".to_owned()),
+        }
+    }
+
+    /// Goes on to the next comparison on a split screen; shows a polytope as a gallery, or by the
+    /// eye alone.
+    fn compare_next(&mut self) {
+        match &self.subject {
+            Subject::Space(_) => {
+                self.split = Split::after(self.split);
+                let size = [self.frame.memory.width(), self.frame.memory.height()];
+                if self.split.is_some() && !SplitScreen::fits(size) {
+                    self.split = None;
+                    return self.say("the frame is too small for a split screen".to_owned());
+                }
+                (self.show, self.inspects) = (Show::Picture, false);
+                self.set_keeps_depth();
+                self.is_stale = true;
+            }
+            Subject::Nd(nd) if nd.has_gallery() => {
+                self.wants_gallery = !self.wishes.shows_gallery;
+                if self.wants_gallery {
+                    (self.show, self.inspects, self.wishes.look) = (Show::Picture, false, Look::AsGiven);
+                }
+            }
+            _ => self.say("there are no two modes to compare here".to_owned()),
+        }
+    }
+
+    /// Returns from a split screen to one picture.
+    fn end_split(&mut self) {
+        self.is_stale |= self.split.take().is_some();
+    }
+
+    /// Switches between the gallery of a polytope and the eye's picture alone, which is shown where
+    /// its looks, depths or differences are.
+    pub(super) fn follow_gallery(&mut self) {
+        let Subject::Nd(nd) = &self.subject else { return };
+        let is_plain = self.show == Show::Picture && !self.inspects && self.wishes.look == Look::AsGiven;
+        let shows = self.wants_gallery && is_plain && nd.has_gallery();
+        if std::mem::replace(&mut self.wishes.shows_gallery, shows) != shows {
+            self.is_stale = true;
+        }
+    }
+
+    /// Starts or stops the turntable.
+    fn toggle_turntable(&mut self) {
+        let Subject::Space(space) = &mut self.subject else {
+            return self.say("the turntable is for meshes and scenes".to_owned());
+        };
+        self.wishes.turns = !self.wishes.turns;
+        if self.wishes.turns {
+            space.leave_room_to_turn(true);
+            self.is_paused = false;
+        }
+        self.say(if self.wishes.turns { "turning: T stops it" } else { "stopped" }.to_owned());
+        self.is_stale = true;
+    }
+
     fn set_keeps_depth(&mut self) {
+        let is_bare = self.show == Show::Difference;
+        if std::mem::replace(&mut self.wishes.is_bare, is_bare) != is_bare {
+            self.is_stale |= self.wishes.studio;
+        }
         let keeps = self.show == Show::Depth || self.inspects;
         if self.wishes.keeps_depth != keeps {
             self.wishes.keeps_depth = keeps;
@@ -152,6 +240,7 @@ impl Viewer {
     fn next_cull(&mut self) {
         self.is_stale = true;
         if let Subject::Nd(nd) = &mut self.subject {
+            self.wants_gallery = false;
             if !nd.toggle_slice() {
                 self.say("no axis is hidden: there is no aperture".to_owned());
             }
@@ -168,6 +257,7 @@ impl Viewer {
     fn next_hide(&mut self) {
         self.is_stale = true;
         if let Subject::Nd(nd) = &mut self.subject {
+            self.wants_gallery = false;
             if !nd.next_fibre() {
                 self.say("no axis is hidden: fibres are rays".to_owned());
             }

@@ -24,6 +24,7 @@ pub enum Key {
     C,
     D,
     E,
+    G,
     H,
     I,
     J,
@@ -33,6 +34,8 @@ pub enum Key {
     Q,
     R,
     S,
+    T,
+    V,
     W,
     Z,
     Space,
@@ -83,6 +86,9 @@ pub enum Action {
     Fullscreen,
     Scaling,
     Crt,
+    Ground,
+    Turntable,
+    Compare,
     SaveView,
     Pause,
     StepForward,
@@ -160,6 +166,9 @@ pub const BINDINGS: &[Binding] = &[
     bind(Key::C, "C", Action::Cull, "cull front, none, back faces", "slice, aperture as given"),
     bind(Key::H, "H", Action::Hide, "painter, none, z-buffer", "fans of 3, 9; exact fibres"),
     bind(Key::Z, "Z", Action::Depth, "the depth buffer", "distances"),
+    bind(Key::G, "G", Action::Ground, "ground and shadow, or none", ""),
+    bind(Key::T, "T", Action::Turntable, "turntable, stop it", ""),
+    bind(Key::V, "V", Action::Compare, "compare two modes, the next", "wireframe beside slice, shadow"),
     same(Key::E, "E", Action::Difference, "off from exact, magnified"),
     same(Key::B, "B", Action::Plan, "plan and budget"),
     same(Key::I, "I", Action::Inspect, "inspect address and bytes"),
@@ -189,7 +198,7 @@ pub const BINDINGS: &[Binding] = &[
     same(Key::F2, "F2", Action::Status, "line at the bottom"),
     same(Key::F3, "F3", Action::FrameRate, "frame rate"),
     same(Key::F9, "F9", Action::Record, "begin, end a GIF"),
-    same(Key::F10, "F10", Action::Scaling, "fit or whole factors"),
+    same(Key::F10, "F10", Action::Scaling, "scale: whole, fit, smooth"),
     same(Key::F11, "F11", Action::Fullscreen, "fullscreen (X11)"),
     same(Key::F12, "F12", Action::Snapshot, "save a PNG"),
 ];
@@ -233,7 +242,7 @@ mod tests {
             assert_eq!(binding(b.key).name, b.name);
         }
         let (space, nd) = (help_lines(false), help_lines(true));
-        assert_eq!(nd.len(), BINDINGS.len() + MOUSE.len() - 1);
+        assert_eq!(nd.len(), BINDINGS.len() + MOUSE.len() - 3);
         assert_eq!(space.len(), BINDINGS.len() + MOUSE.len() - 5);
         assert!(space.iter().chain(&nd).all(|l| l.len() <= 36), "two columns fit a small window");
     }

@@ -20,13 +20,17 @@ mod overlay;
 mod refresh;
 mod replay;
 mod scene3d;
+mod smoothing;
+mod split;
 mod status_lines;
+mod studio;
 mod time;
 mod tour;
 
 pub use keys::{Action, BINDINGS, Binding, Key, Look, MOUSE, help_lines};
 pub use overlay::{Overlay, Zoom};
 pub use replay::MakeEngine;
+pub use split::Split;
 pub use tour::{FRAMES_PER_SECOND, MOVIE_FRAMES_PER_SECOND, MakeSizedEngine, SIZE as TOUR_SIZE};
 
 use crate::executor::Executor;
@@ -42,6 +46,8 @@ use frame::ViewerFrame;
 use nd::Nd;
 use replay::Replay;
 use scene3d::{SceneSource, Space};
+use smoothing::Smoothing;
+use split::SplitScreen;
 use std::collections::HashSet;
 use std::sync::Arc;
 use std::time::Duration;
@@ -80,6 +86,13 @@ pub struct ViewerOptions {
     pub fps: f64,
     /// Face culling that replaces the scene's own, if set.
     pub cull: Option<Cull>,
+    /// Set to show models in the studio: framed, lit, on a ground, and smooth at rest. Otherwise
+    /// the first picture is the one that rendering the file gives.
+    pub studio: bool,
+    /// Set to let the model turn from the start.
+    pub turntable: bool,
+    /// Two modes to compare on a split screen.
+    pub split: Option<Split>,
     /// The renderer of three-dimensional scenes.
     pub renderer: Renderer,
     /// Executor that renders N-dimensional scenes.
@@ -133,6 +146,18 @@ struct Wishes {
     frame: u64,
     /// Set while depth and face ids are needed even if the picture can do without.
     keeps_depth: bool,
+    /// True if models stand in the studio.
+    studio: bool,
+    /// True if the studio's ground is not drawn.
+    hides_ground: bool,
+    /// Set while only the model is drawn, to be compared with the exact picture.
+    is_bare: bool,
+    /// Set while the model turns.
+    turns: bool,
+    /// Angle by which the model has turned.
+    turned_rad: f64,
+    /// True if a polytope is shown as a gallery: wireframe, slice and shadow.
+    shows_gallery: bool,
 }
 
 impl Wishes {
@@ -178,6 +203,13 @@ pub struct Viewer {
     other: VideoMemory,
     show: Show,
     exact: Exact,
+    smoothing: Smoothing,
+    split: Option<Split>,
+    split_screen: Option<SplitScreen>,
+    /// True if a polytope is to be shown as a gallery when nothing else of it is asked for.
+    wants_gallery: bool,
+    /// Frames for which the model has turned.
+    turned_frames: i64,
     /// Number of the current picture.
     version: u64,
     other_of: Option<u64>,
@@ -203,13 +235,15 @@ pub struct Viewer {
 }
 
 impl Viewer {
-    /// Returns the most suitable frame size for a model: 640x480, or an integer multiple of an
-    /// N-dimensional screen.
-    pub fn frame_size(model: &Model) -> [u32; 2] {
+    /// Returns the most suitable frame size for a model: 640x480, 960x720 in the studio, or an
+    /// integer multiple of an N-dimensional screen near that.
+    pub fn frame_size(model: &Model, studio: bool) -> [u32; 2] {
+        let usual = if studio { [960, 720] } else { [640, 480] };
         match model {
-            Model::Eye(scene) => Nd::frame_size(scene),
+            Model::Eye(scene) => Nd::frame_size(scene, usual),
             Model::Tour(_) => TOUR_SIZE,
-            _ => [640, 480],
+            Model::Stream(..) => [640, 480],
+            _ => usual,
         }
     }
 
@@ -218,12 +252,17 @@ impl Viewer {
     /// # Errors
     /// Fails if the frame cannot be allocated, or the model cannot be drawn.
     pub fn new(model: Model, options: ViewerOptions) -> Result<Self, String> {
-        let ViewerOptions { name, size, time, fps, cull, renderer, pool } = options;
+        let ViewerOptions { name, size, time, fps, cull, studio, turntable, split, renderer, pool } = options;
         let frame = ViewerFrame::new(size).map_err(|e| e.to_string())?;
         let other = VideoMemory::new(size[0], size[1]).map_err(|e| e.to_string())?;
-        let subject = Self::subject(model, &name, size, &pool)?;
+        let mut subject = Self::subject(model, &name, size, &pool, studio)?;
+        if let Subject::Space(space) = &mut subject {
+            space.leave_room_to_turn(turntable);
+        }
         // On a page of the tour nothing may cover the caption.
         let shows_status = !matches!(subject, Subject::Tour(_));
+        // A polytope turns by itself until a key is pressed.
+        let turns = turntable || matches!(&subject, Subject::Nd(nd) if nd.has_gallery());
         let frame_number = if time > 0.0 { (time * fps) as u64 } else { 0 };
         let mut viewer = Viewer {
             subject,
@@ -232,11 +271,16 @@ impl Viewer {
             fps,
             renderer,
             pool,
-            wishes: Wishes { time, frame: frame_number, cull, ..Wishes::default() },
+            wishes: Wishes { time, frame: frame_number, cull, studio, turns, ..Wishes::default() },
             frame,
             other,
             show: Show::Picture,
             exact: Exact::default(),
+            smoothing: Smoothing::default(),
+            split,
+            split_screen: None,
+            wants_gallery: true,
+            turned_frames: 0,
             version: 0,
             other_of: None,
             is_stale: true,
@@ -265,16 +309,23 @@ impl Viewer {
         }
     }
 
-    fn subject(model: Model, name: &str, size: [u32; 2], pool: &Executor) -> Result<Subject, String> {
+    fn subject(
+        model: Model,
+        name: &str,
+        size: [u32; 2],
+        pool: &Executor,
+        studio: bool,
+    ) -> Result<Subject, String> {
         let aspect = f64::from(size[0]) / f64::from(size[1]);
         Ok(match model {
             Model::Mesh { geometry, is_open } => {
-                Subject::Space(Box::new(Space::new(SceneSource::Mesh { geometry, is_open }, name, aspect)))
+                let source = SceneSource::Mesh { geometry, is_open };
+                Subject::Space(Box::new(Space::new(source, name, aspect, studio)))
             }
             Model::X3d(document) => {
-                Subject::Space(Box::new(Space::new(SceneSource::X3d(document), name, aspect)))
+                Subject::Space(Box::new(Space::new(SceneSource::X3d(document), name, aspect, studio)))
             }
-            Model::Eye(scene) => Subject::Nd(Box::new(Nd::new(*scene, pool.clone()))),
+            Model::Eye(scene) => Subject::Nd(Box::new(Nd::new(*scene, pool.clone(), studio))),
             Model::Stream(bytes, make_engine) => Subject::Replay(Box::new(Replay::new(bytes, make_engine))),
             Model::Tour(make_engine) => Subject::Tour(Box::new(Tour::new(make_engine)?)),
         })
@@ -284,12 +335,15 @@ impl Viewer {
     /// file.
     pub fn reload(&mut self, model: Model) {
         let size = [self.frame.memory.width(), self.frame.memory.height()];
-        let mut subject = match Self::subject(model, &self.name, size, &self.pool) {
+        let mut subject = match Self::subject(model, &self.name, size, &self.pool, self.wishes.studio) {
             Ok(subject) => subject,
             Err(error) => return self.say(error),
         };
         if let (Subject::Nd(old), Subject::Nd(new)) = (&self.subject, &mut subject) {
             new.take_place_of(old);
+        }
+        if let (Subject::Space(old), Subject::Space(new)) = (&self.subject, &mut subject) {
+            new.leave_room_to_turn(old.has_room_to_turn());
         }
         self.subject = subject;
         self.is_stale = true;

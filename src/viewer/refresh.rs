@@ -1,6 +1,8 @@
 //! The shown picture: the rendered one, its depth, or its difference to the exact one, each redrawn
 //! when out of date.
 
+use super::scene3d::{Pass, Tools};
+use super::split::SplitScreen;
 use super::{Show, Subject, Viewer, depth_picture};
 use crate::memory::VideoMemory;
 use std::time::{Duration, Instant};
@@ -9,11 +11,12 @@ impl Viewer {
     /// Redraws what is out of date, and returns whether the shown picture changed. To be called
     /// before [`Viewer::shown`].
     pub fn refresh(&mut self) -> bool {
+        self.follow_gallery();
         let was_stale = std::mem::take(&mut self.is_stale);
         if was_stale {
             let begun = Instant::now();
             let drawn = match &mut self.subject {
-                Subject::Space(space) => space.draw(&self.wishes, &mut self.frame, &mut self.renderer),
+                Subject::Space(_) => self.draw_space(),
                 Subject::Nd(nd) => nd.draw(&self.wishes, &mut self.frame),
                 Subject::Replay(replay) => replay.draw(&self.wishes, &mut self.frame),
                 Subject::Tour(tour) => tour.draw(&self.wishes, &mut self.frame.memory),
@@ -27,8 +30,27 @@ impl Viewer {
             }
             self.version += 1;
             self.rate.pictures += 1;
+            self.smoothing.restart();
         }
-        was_stale | self.refresh_other()
+        let is_smoother = !was_stale && self.smooth();
+        was_stale | is_smoother | self.refresh_other()
+    }
+
+    /// Draws a scene of three dimensions, on a split screen if it is asked for and fits.
+    fn draw_space(&mut self) -> Result<(), String> {
+        let Subject::Space(space) = &mut self.subject else { return Ok(()) };
+        if let Some(split) = self.split {
+            if self.split_screen.is_none() {
+                let size = [self.frame.memory.width(), self.frame.memory.height()];
+                self.split_screen = SplitScreen::new(size, self.renderer.options());
+            }
+            if let Some(screen) = &mut self.split_screen {
+                let memory = &mut self.frame.memory;
+                return screen.draw(split, space, &self.wishes, &mut self.renderer, &self.pool, memory);
+            }
+        }
+        let tools = Tools { renderer: &mut self.renderer, pool: &self.pool };
+        space.draw(&self.wishes, &mut self.frame, tools, Pass::default())
     }
 
     /// Redraws the picture of depth or difference if it is shown and out of date. Returns whether
@@ -89,7 +111,7 @@ impl Viewer {
     /// Returns the shown picture: the rendered one, its depth, or its difference to the exact one.
     pub fn shown(&self) -> &VideoMemory {
         match self.show {
-            Show::Picture => &self.frame.memory,
+            Show::Picture => self.smoothing.picture().unwrap_or(&self.frame.memory),
             Show::Depth | Show::Difference => &self.other,
         }
     }

@@ -4,6 +4,8 @@ use super::Wishes;
 use super::difference::{Difference, Work};
 use super::frame::ViewerFrame;
 use super::keys::Look;
+use super::studio::{self, Backdrop, Ground};
+use crate::executor::Executor;
 use crate::load::x3d::X3dDocument;
 use crate::memory::DepthFormat;
 use crate::pipeline::{DepthUse, DrawStats, Part, Renderer, SceneOptions};
@@ -11,6 +13,7 @@ use crate::scene::{
     self, Camera, Geometry, Sampling, Scene, ShadeMode, Texture, TextureUse, ViewOverrides, viewers_light,
 };
 use crate::truth::{self, Transparency};
+use glam::DVec3;
 use std::sync::Arc;
 
 /// Source of a scene's objects.
@@ -32,13 +35,64 @@ pub(super) struct Space {
     /// Names of the objects drawn last.
     names: Vec<String>,
     stats: DrawStats,
+    /// True if the contents stand in the studio.
+    studio: bool,
+    /// True if the camera leaves room for the model to turn.
+    has_room: bool,
+    backdrop: Backdrop,
+    /// The ground under a mesh, once it was needed; `None` inside for a mesh without extent.
+    ground: Option<Option<Ground>>,
+}
+
+/// Changes of a scene's camera in one picture.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Pass {
+    /// Pixels by which the picture is moved, right and down.
+    pub shift: Option<[f64; 2]>,
+    /// Part of its distance at which the near plane stands.
+    pub near_part: Option<f64>,
+}
+
+/// What a scene is drawn with.
+pub(super) struct Tools<'a> {
+    pub renderer: &'a mut Renderer,
+    pub pool: &'a Executor,
 }
 
 impl Space {
-    pub fn new(source: SceneSource, name: &str, aspect: f64) -> Self {
-        let name = name.to_owned();
-        let (given, bare, checker) = (None, None, None);
-        Space { source, name, aspect, given, bare, checker, names: Vec::new(), stats: DrawStats::default() }
+    pub fn new(source: SceneSource, name: &str, aspect: f64, studio: bool) -> Self {
+        Space {
+            source,
+            name: name.to_owned(),
+            aspect,
+            given: None,
+            bare: None,
+            checker: None,
+            names: Vec::new(),
+            stats: DrawStats::default(),
+            studio,
+            has_room: false,
+            backdrop: Backdrop::default(),
+            ground: None,
+        }
+    }
+
+    /// Frames the model with room to turn, or as it stands.
+    pub fn leave_room_to_turn(&mut self, has_room: bool) {
+        if self.has_room != has_room {
+            self.has_room = has_room;
+            self.given = None;
+        }
+    }
+
+    /// Returns whether the camera leaves room for the model to turn.
+    pub fn has_room_to_turn(&self) -> bool {
+        self.has_room
+    }
+
+    /// Returns whether the studio has a ground for the contents: under meshes.
+    pub fn has_ground(&self) -> bool {
+        self.studio && matches!(self.source, SceneSource::Mesh { .. })
     }
 
     pub fn is_animated(&self) -> bool {
@@ -51,12 +105,22 @@ impl Space {
         if self.given.as_ref().is_none_or(|(bits, _)| *bits != time.to_bits()) {
             let scene = match &self.source {
                 SceneSource::Mesh { geometry, is_open } => {
-                    Scene::of_mesh(Arc::clone(geometry), &self.name, self.aspect, *is_open)
+                    let mut scene = Scene::of_mesh(Arc::clone(geometry), &self.name, self.aspect, *is_open);
+                    if self.studio {
+                        let camera =
+                            studio::framed_mesh(&geometry.mesh, self.aspect, *is_open, self.has_room);
+                        scene.camera = Some(camera);
+                        studio::light(&mut scene, &camera);
+                        scene.objects.iter_mut().for_each(|o| o.material = studio::material());
+                    }
+                    scene
                 }
                 SceneSource::X3d(document) => {
                     let mut scene = document.at(time);
                     if let (false, Some(bounds)) = (document.has_viewpoint(), scene.bounds()) {
-                        let frame = scene::frame(bounds, self.aspect);
+                        let own =
+                            self.studio.then(|| studio::framed_scene(&scene, self.aspect, self.has_room));
+                        let frame = own.flatten().unwrap_or_else(|| scene::frame(bounds, self.aspect));
                         if document.depends_on_viewer() {
                             scene = document.seen_at(time, Some(&frame));
                         }
@@ -87,7 +151,11 @@ impl Space {
     /// Returns the scene with the viewer's overrides applied.
     fn seen(&mut self, wishes: &Wishes) -> Scene {
         let mut scene = self.given(wishes.time).clone();
-        let view_overrides = wishes.view_overrides();
+        let mut view_overrides = wishes.view_overrides();
+        if wishes.turned_rad != 0.0 {
+            let given = scene.camera.unwrap_or_default();
+            view_overrides.navigator.orbit(&given, DVec3::Y, wishes.turned_rad, 0.0);
+        }
         if view_overrides.textures == TextureUse::Off
             && let SceneSource::Mesh { geometry, .. } = &self.source
         {
@@ -113,10 +181,13 @@ impl Space {
             return turned;
         }
         if let (SceneSource::Mesh { .. }, Some(camera), false) =
-            (&self.source, &scene.camera, view_overrides.navigator.is_home())
+            (&self.source, scene.camera, view_overrides.navigator.is_home())
         {
             // A mesh has no lights of its own; the viewer adds one.
-            scene.lights = vec![viewers_light(camera)];
+            match self.studio {
+                true => studio::light(&mut scene, &camera),
+                false => scene.lights = vec![viewers_light(&camera)],
+            }
         }
         scene
     }
@@ -128,8 +199,9 @@ impl Space {
 
     fn options(wishes: &Wishes, frame: &ViewerFrame) -> SceneOptions {
         let ViewOverrides { hide, shade, .. } = wishes.view_overrides();
+        let usual = if wishes.studio { ShadeMode::Phong } else { ShadeMode::default() };
         SceneOptions {
-            shade: shade.unwrap_or(ShadeMode::default()),
+            shade: shade.unwrap_or(usual),
             hide: hide.unwrap_or_default(),
             depth_use: if wishes.keeps_depth { DepthUse::Keep } else { DepthUse::SceneOnly },
             ..SceneOptions::new(frame.memory.width(), frame.memory.height())
@@ -141,15 +213,44 @@ impl Space {
         &mut self,
         wishes: &Wishes,
         frame: &mut ViewerFrame,
-        renderer: &mut Renderer,
+        tools: Tools<'_>,
+        pass: Pass,
     ) -> Result<(), String> {
-        let scene = self.seen(wishes);
+        let mut scene = self.seen(wishes);
+        if let Some(camera) = &mut scene.camera {
+            if let Some(part) = pass.near_part {
+                let [near, _] = camera.projection.near_far_mut();
+                *near *= part;
+            }
+            if let Some(shift) = pass.shift {
+                *camera = studio::shifted(*camera, shift, [frame.memory.width(), frame.memory.height()]);
+            }
+        }
         let options = Self::options(wishes, frame);
         frame.clear(wishes.keeps_depth);
-        let drawn = renderer.draw_scene(&mut frame.target(), &scene, &options);
+        if wishes.studio && !wishes.is_bare {
+            self.paint_behind(wishes, &mut scene, frame, tools.pool);
+        }
+        let drawn = tools.renderer.draw_scene(&mut frame.target(), &scene, &options);
         self.names = scene.objects.into_iter().map(|o| o.name).collect();
         self.stats = drawn.map_err(|e| e.to_string())?;
         Ok(())
+    }
+
+    /// Paints the studio behind a scene: the gradient where the author left the background black,
+    /// and the ground.
+    fn paint_behind(&mut self, wishes: &Wishes, scene: &mut Scene, frame: &mut ViewerFrame, pool: &Executor) {
+        if scene.sky.is_some() || scene.background.color.is_some_and(|c| c != DVec3::ZERO) {
+            return;
+        }
+        scene.background.color = None;
+        self.backdrop.paint(&mut frame.memory);
+        if let (SceneSource::Mesh { geometry, .. }, Some(camera), false) =
+            (&self.source, &scene.camera, wishes.hides_ground)
+            && let Some(ground) = self.ground.get_or_insert_with(|| Ground::under(&geometry.mesh))
+        {
+            ground.paint(&mut frame.memory, camera, pool);
+        }
     }
 
     /// Returns the plan of drawing as lines of text: what is used, what is left out, and the counts
@@ -195,7 +296,7 @@ impl Space {
         let scene = self.seen(wishes);
         let view_overrides = wishes.view_overrides();
         let settings = truth::Settings {
-            shade: view_overrides.shade.unwrap_or_default(),
+            shade: Self::options(wishes, frame).shade,
             hide: view_overrides.hide.unwrap_or_default(),
             transparency: Transparency::AfterOpaque(Default::default()),
             ..truth::Settings::default()

@@ -38,6 +38,9 @@ impl Viewer {
             return super::tour::help();
         }
         let is_animated = self.is_animated();
+        let has_ground = matches!(&self.subject, Subject::Space(space) if space.has_ground());
+        let has_gallery = matches!(&self.subject, Subject::Nd(nd) if nd.has_gallery());
+        let has_turntable = matches!(self.subject, Subject::Space(_));
         let (is_nd, is_spatial, has_hidden_axis) = match &mut self.subject {
             Subject::Space(_) => (false, true, false),
             Subject::Nd(nd) => (true, true, nd.has_hidden_axis()),
@@ -45,7 +48,11 @@ impl Viewer {
             Subject::Tour(_) => (false, false, false),
         };
         help_lines_of(is_nd, |action| match action {
+            Action::Pause if is_nd => has_gallery,
             Action::Pause | Action::StepForward | Action::StepBack => is_animated,
+            Action::Ground => has_ground,
+            Action::Turntable => has_turntable,
+            Action::Compare => has_turntable || has_gallery,
             Action::Cull | Action::Hide if is_nd => has_hidden_axis,
             Action::Look(_) | Action::Projection | Action::Cull | Action::Hide | Action::Depth => is_spatial,
             Action::Walk(..) | Action::Turn(..) | Action::Zoom(_) | Action::Reset => is_spatial,

@@ -17,6 +17,9 @@ fn options(name: &str) -> ViewerOptions {
         time: 0.0,
         fps: 25.0,
         cull: None,
+        studio: false,
+        turntable: false,
+        split: None,
         renderer: Renderer::default(),
         pool: Executor::default(),
     }
@@ -419,3 +422,5 @@ fn levels_and_billboards_follow_whoever_looks() {
     viewer.is_stale = true;
     assert_eq!(lit(&picture(&mut viewer)), 0);
 }
+
+mod studio;

@@ -6,6 +6,12 @@ use std::time::Duration;
 /// Time for which a message is shown.
 const MESSAGE_TIME: Duration = Duration::from_secs(4);
 
+/// Time of one turn of the turntable.
+const TURN_SECONDS: f64 = 12.0;
+
+/// Time of one turn of a polytope.
+const POLYTOPE_SECONDS: f64 = 20.0;
+
 /// Most frames of the tour between two pictures.
 const MOST_TOUR_FRAMES: i64 = 3;
 
@@ -21,8 +27,8 @@ impl Viewer {
     /// Returns whether the contents change over time.
     pub fn is_animated(&self) -> bool {
         match &self.subject {
-            Subject::Space(space) => space.is_animated(),
-            Subject::Nd(_) => false,
+            Subject::Space(space) => space.is_animated() || self.wishes.turns,
+            Subject::Nd(_) => self.wishes.turns,
             Subject::Replay(replay) => replay.is_animated(),
             Subject::Tour(_) => true,
         }
@@ -63,6 +69,16 @@ impl Viewer {
             _ => u64::MAX,
         };
         let frame = self.wishes.frame.saturating_add_signed(frames).min(last);
+        if let (true, Subject::Nd(nd)) = (self.wishes.turns, &mut self.subject) {
+            let [a, b] = nd.plane();
+            nd.turn_by(a, b, frames as f64 * 360.0 / (POLYTOPE_SECONDS * self.fps));
+            self.is_stale |= frames != 0;
+        } else if self.wishes.turns {
+            self.turned_frames += frames;
+            let turns = self.turned_frames as f64 / (TURN_SECONDS * self.fps);
+            self.wishes.turned_rad = (turns % 1.0) * std::f64::consts::TAU;
+            self.is_stale |= frames != 0;
+        }
         if frame != self.wishes.frame {
             self.set_frame(frame);
             self.is_stale = true;

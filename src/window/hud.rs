@@ -146,7 +146,7 @@ mod tests {
         let (width, height) = (200, 100);
         let overlay = Overlay { bottom: vec!["a status line".into()], ..Overlay::default() };
         let lit = |words: &[u32], rows: std::ops::Range<usize>| {
-            words[rows.start * width..rows.end * width].contains(&0x00ff_ffff)
+            words[rows.start * width..rows.end * width].contains(&word(crate::draw2d::look::TEXT))
         };
         let (mut blank, mut corner) = (vec![0; width * height], Corner::BottomLeft);
         draw(&mut Canvas { words: &mut blank, width, height }, &overlay, &mut corner);

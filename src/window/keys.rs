@@ -55,7 +55,7 @@ pub const BINDINGS: &[Binding] = &[
     bind(Key::F1, "F1", Action::Help, "this list"),
     bind(Key::F3, "F3", Action::FrameRate, "rates, clients, addresses"),
     bind(Key::F8, "F8", Action::Crt, "look of a tube (CRT)"),
-    bind(Key::F10, "F10", Action::Scaling, "fit the window, or whole factors"),
+    bind(Key::F10, "F10", Action::Scaling, "scale: whole, fit, smooth"),
     bind(Key::F11, "F11", Action::Fullscreen, "fullscreen (X11)"),
     bind(Key::I, "I", Action::Inspect, "pixel under the pointer"),
     bind(Key::K, "K", Action::Crt, "look of a tube, as F8"),

@@ -11,16 +11,19 @@ pub enum Scaling {
     /// By an integer factor, with bars at the sides: all pixels are squares of one size.
     #[default]
     Whole,
-    /// To the window's width or height: pixels may differ in size by one.
+    /// To the window's width or height, sharp: pixels may differ in size by one.
     Fit,
+    /// To the window's width or height, smooth: each pixel of the window is a mean of frame pixels.
+    Smooth,
 }
 
 impl Scaling {
-    /// Returns the other mode.
-    pub fn other(self) -> Scaling {
+    /// Returns the next mode.
+    pub fn next(self) -> Scaling {
         match self {
             Scaling::Whole => Scaling::Fit,
-            Scaling::Fit => Scaling::Whole,
+            Scaling::Fit => Scaling::Smooth,
+            Scaling::Smooth => Scaling::Whole,
         }
     }
 }
@@ -36,6 +39,8 @@ pub struct Layout {
     pub origin: [usize; 2],
     /// Width and height of the shown frame in the window.
     pub shown: [usize; 2],
+    /// Set to mix frame pixels where they and the window's differ in size.
+    pub is_smooth: bool,
 }
 
 impl Layout {
@@ -58,7 +63,7 @@ impl Layout {
             [((window[1] * fw + fh / 2) / fh).max(1).min(window[0]), window[1]]
         };
         let origin = [(window[0] - shown[0]) / 2, (window[1] - shown[1]) / 2];
-        Layout { frame: [fw, fh], window, origin, shown }
+        Layout { frame: [fw, fh], window, origin, shown, is_smooth: scaling == Scaling::Smooth }
     }
 
     /// Returns the largest integer factor, from 1 to 8, at which a frame fits a screen of `screen`
@@ -87,7 +92,8 @@ impl Layout {
         [at(x, 0), at(y, 1)]
     }
 
-    /// Returns the rows of the window that show rows `rows` of the frame.
+    /// Returns the rows of the window that show rows `rows` of the frame, and no other; with smooth
+    /// scaling, neighbours show them too.
     pub fn window_rows(&self, rows: std::ops::Range<usize>) -> std::ops::Range<usize> {
         let first_at_or_after = |row: usize| self.origin[1] + (row * self.shown[1]).div_ceil(self.frame[1]);
         first_at_or_after(rows.start.min(self.frame[1]))..first_at_or_after(rows.end.min(self.frame[1]))

@@ -61,7 +61,7 @@ impl ScreenLook {
         if !self.is_crt {
             return scanout::convert(rgba, layout, rows, words);
         }
-        let Layout { frame, window, origin, shown } = *layout;
+        let Layout { frame, window, origin, shown, .. } = *layout;
         if shown.contains(&0) {
             return;
         }

@@ -34,7 +34,9 @@ mod overlay;
 #[cfg_attr(not(target_os = "linux"), path = "no_presence.rs")]
 mod presence;
 pub mod program;
+mod program_arguments;
 mod scanout;
+mod smooth;
 #[cfg(feature = "server")]
 mod status;
 #[cfg(feature = "server")]
@@ -56,6 +58,7 @@ pub use status::ServerStatus;
 pub use viewer::{ViewerOptions, run_viewer};
 
 use crate::memory::MemoryError;
+use crate::save::SaveError;
 use minifb::{InputCallback, Key, ScaleMode, WindowOptions};
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -90,6 +93,12 @@ pub enum WindowError {
     /// The frame cannot be made.
     #[error(transparent)]
     Frame(#[from] MemoryError),
+    /// An argument of the program is malformed.
+    #[error("{0}")]
+    Argument(String),
+    /// The last frame cannot be saved.
+    #[error(transparent)]
+    Snapshot(#[from] SaveError),
 }
 
 /// A keyboard report of the window system.

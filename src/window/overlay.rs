@@ -1,7 +1,9 @@
 //! Text over the picture: help, frame rate, inspector. Drawn only into the window's pixels, never
 //! into video memory.
 
+use super::scanout::word;
 use crate::draw2d::font::{CELL, glyph};
+use crate::draw2d::look::{GOLD, TEXT};
 
 /// A picture of 0x00RRGGBB words, `width` x `height`.
 pub struct Canvas<'a> {
@@ -97,20 +99,39 @@ pub fn draw_box(canvas: &mut Canvas<'_>, at: [usize; 2], lines: &[String], scale
     for (i, line) in lines.iter().enumerate() {
         let y = at[1] + (MARGIN + i * (CELL + 2)) * scale;
         for (j, c) in line.chars().enumerate() {
-            draw_glyph(canvas, [at[0] + (MARGIN + j * CELL) * scale, y], c, scale);
+            draw_glyph(canvas, [at[0] + (MARGIN + j * CELL) * scale, y], c, scale, word(TEXT));
         }
     }
 }
 
-/// Draws a white character whose cell's upper left corner is `at`, clipped to the canvas.
-fn draw_glyph(canvas: &mut Canvas<'_>, at: [usize; 2], c: char, scale: usize) {
+/// Draws lines in the middle of the canvas, the first of them in gold; as large as there is room.
+pub fn draw_middle(canvas: &mut Canvas<'_>, lines: &[String]) {
+    let size = [canvas.width, canvas.height];
+    let fits = |scale: &usize| {
+        let needed = box_size(lines, *scale);
+        needed[0] <= size[0] && needed[1] <= size[1]
+    };
+    let scale = (1..=3).rev().find(fits).unwrap_or(1);
+    let needed = box_size(lines, scale);
+    let [left, top] = [0, 1].map(|i| size[i].saturating_sub(needed[i]) / 2);
+    for (i, line) in lines.iter().enumerate() {
+        let color = word(if i == 0 { GOLD } else { TEXT });
+        for (j, c) in line.chars().enumerate() {
+            let at = [left + (MARGIN + j * CELL) * scale, top + (MARGIN + i * (CELL + 2)) * scale];
+            draw_glyph(canvas, at, c, scale, color);
+        }
+    }
+}
+
+/// Draws a character in a colour, whose cell's upper left corner is `at`, clipped to the canvas.
+fn draw_glyph(canvas: &mut Canvas<'_>, at: [usize; 2], c: char, scale: usize, color: u32) {
     for (r, bits) in glyph(c).iter().enumerate() {
         for column in (0..CELL).filter(|column| bits & (0x80 >> column) != 0) {
             for y in (at[1] + r * scale..).take(scale).take_while(|&y| y < canvas.height) {
                 let x = at[0] + column * scale;
                 let end = (x + scale).min(canvas.width);
                 if x < end {
-                    canvas.words[y * canvas.width + x..y * canvas.width + end].fill(0x00ff_ffff);
+                    canvas.words[y * canvas.width + x..y * canvas.width + end].fill(color);
                 }
             }
         }
@@ -151,7 +172,7 @@ mod tests {
             let mut words = vec![0x0080_8080; width * height];
             draw_box(&mut Canvas { words: &mut words, width, height }, at, &lines, 2);
             if width == 64 {
-                assert!(words.contains(&0x00ff_ffff) && words.contains(&0x0020_2020));
+                assert!(words.contains(&word(TEXT)) && words.contains(&0x0020_2020));
                 assert_eq!(words[0], 0x0080_8080, "outside the box nothing changes");
             }
         }

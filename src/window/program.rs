@@ -9,8 +9,10 @@
 use super::frame_input::FrameInput;
 use super::layout::{Layout, Scaling};
 use super::look::ScreenLook;
+use super::program_arguments::ProgramArguments;
 use super::{Collector, KeyReport, MAX_WINDOW_SIDE, USUAL_SCREEN, WindowError, open, wheel_steps};
 use crate::framebuffer::Framebuffer;
+use crate::save;
 use minifb::{MouseButton, MouseMode, Window};
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -25,6 +27,10 @@ const FRAMES_PER_SECOND: usize = 60;
 /// is closed or [`FrameInput::close`] is set. K and F8 switch the look of a cathode ray tube on and
 /// off ([`FrameInput::crt`]). Must be called on the main thread.
 ///
+/// The program then takes three arguments, beside its own: `--headless` opens no window and draws
+/// one frame, each next one 1/60 second later and without input; `--frames N` ends after that many;
+/// `--snap FILE` saves the last frame (.png, .ppm or .raw).
+///
 /// ```no_run
 /// fbptr::run(160, 120, |fb, input| {
 ///     let [x, y] = input.mouse;
@@ -35,8 +41,8 @@ const FRAMES_PER_SECOND: usize = 60;
 /// ```
 ///
 /// # Errors
-/// If a side of the frame is 0 or larger than a window can be, the system has no memory for it, or
-/// there is no window system.
+/// If a side of the frame is 0 or larger than a window can be, the system has no memory for it,
+/// there is no window system, an argument is malformed, or the last frame cannot be saved.
 pub fn run(
     width: u32,
     height: u32,
@@ -46,7 +52,38 @@ pub fn run(
     if size.iter().any(|&side| side > MAX_WINDOW_SIDE) {
         return Err(WindowError::TooLarge { width, height });
     }
+    let arguments = ProgramArguments::of(std::env::args_os().skip(1)).map_err(WindowError::Argument)?;
     let mut framebuffer = Framebuffer::new(width, height)?;
+    match arguments.headless {
+        true => without_window(&mut framebuffer, &mut frame, &arguments),
+        false => in_window(&mut framebuffer, &mut frame, &arguments)?,
+    }
+    arguments.snap.map_or(Ok(()), |path| Ok(save::to_path(framebuffer.memory(), &path)?))
+}
+
+/// Draws the frames without a window.
+fn without_window(
+    framebuffer: &mut Framebuffer,
+    frame: &mut impl FnMut(&mut Framebuffer, &mut FrameInput),
+    arguments: &ProgramArguments,
+) {
+    let mut input = FrameInput::default();
+    loop {
+        input.begin(1.0 / FRAMES_PER_SECOND as f64);
+        frame(framebuffer, &mut input);
+        if input.close || arguments.ends_with(input.frame) {
+            return;
+        }
+    }
+}
+
+/// Shows the frames in a window.
+fn in_window(
+    framebuffer: &mut Framebuffer,
+    frame: &mut impl FnMut(&mut Framebuffer, &mut FrameInput),
+    arguments: &ProgramArguments,
+) -> Result<(), WindowError> {
+    let size = [framebuffer.memory().width() as usize, framebuffer.memory().height() as usize];
     let scale = Layout::opening_scale(size, USUAL_SCREEN);
     let mut window = open("fbptr", size.map(|side| side * scale))?;
     window.set_target_fps(FRAMES_PER_SECOND);
@@ -67,9 +104,10 @@ pub fn run(
         }
         input.crt ^= input.was_pressed("k") || input.was_pressed("f8");
         read_mouse(&window, &layout, &mut input);
-        frame(&mut framebuffer, &mut input);
+        frame(framebuffer, &mut input);
         screen.look.set_crt(input.crt);
-        screen.show(&framebuffer, size, &mut window)?;
+        screen.show(framebuffer, size, &mut window)?;
+        input.close |= arguments.ends_with(input.frame);
     }
     Ok(())
 }

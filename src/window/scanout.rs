@@ -5,6 +5,7 @@
 //! are.
 
 use super::layout::Layout;
+use super::smooth;
 use crate::simd::{Level, scan_out};
 use std::ops::Range;
 
@@ -21,6 +22,9 @@ pub fn convert(rgba: &[u8], layout: &Layout, rows: Range<usize>, words: &mut [u3
     let window_width = layout.window[0];
     if shown_width == 0 || shown_height == 0 {
         return;
+    }
+    if layout.is_smooth && layout.shown != layout.frame {
+        return smooth::convert(rgba, layout, rows, words);
     }
     let stride_bytes = frame_width * 4;
     // 0 if pixels differ in size.

@@ -24,6 +24,18 @@ impl ServerStatus {
         ServerStatus { addresses, board, last: None, rates: String::new() }
     }
 
+    /// Returns what a window shows while nothing was drawn: the addresses, and a line to copy.
+    pub fn welcome(&self) -> Vec<String> {
+        let mut lines = vec!["nothing was drawn yet".to_owned(), String::new()];
+        lines.extend(self.addresses.iter().map(|address| format!("listening on {address}")));
+        let targets = self.addresses.iter().filter_map(|address| target(address));
+        if let Some(target) = targets.into_iter().next() {
+            lines.extend([String::new(), "in a shell:".to_owned(), String::new()]);
+            lines.push(format!("printf 'LINE 0 0 99 99 red\\n' | nc {target}"));
+        }
+        lines
+    }
+
     /// Returns the current lines, measuring the rates if a period has passed.
     pub fn lines(&mut self) -> Vec<String> {
         let now = Instant::now();
@@ -50,6 +62,18 @@ impl ServerStatus {
     }
 }
 
+/// Returns the arguments of nc for an address, if it can reach it from this machine.
+fn target(address: &str) -> Option<String> {
+    let (kind, place) = address.split_once(' ').unwrap_or(("", address));
+    if kind == "unix" {
+        return Some(format!("-U {place}"));
+    }
+    let address: std::net::SocketAddr = place.parse().ok()?;
+    let is_here = address.ip().is_loopback() || address.ip().is_unspecified();
+    let host = if is_here { "localhost".to_owned() } else { address.ip().to_string() };
+    Some(format!("{host} {}", address.port()))
+}
+
 /// Formats a number in at most five characters, with k, M or G.
 fn short(number: f64) -> String {
     let (scaled, unit) = match number {
@@ -68,6 +92,23 @@ fn short(number: f64) -> String {
 mod tests {
     use super::*;
     use crate::server::Metrics;
+
+    #[test]
+    fn the_line_to_copy_reaches_the_server_from_this_machine() {
+        for (address, expected) in [
+            ("tcp 127.0.0.1:1234", Some("localhost 1234")),
+            ("tcp 0.0.0.0:80", Some("localhost 80")),
+            ("tcp [::]:80", Some("localhost 80")),
+            ("tcp 192.168.1.7:99", Some("192.168.1.7 99")),
+            ("unix /tmp/fb", Some("-U /tmp/fb")),
+            ("tcp nonsense", None),
+        ] {
+            assert_eq!(target(address).as_deref(), expected, "{address}");
+        }
+        let status = ServerStatus::new(vec!["tcp 127.0.0.1:1337".into()], MetricsBoard::new());
+        let line = "printf 'LINE 0 0 99 99 red\\n' | nc localhost 1337";
+        assert!(status.welcome().iter().any(|l| l == line), "{:?}", status.welcome());
+    }
 
     #[test]
     fn numbers_are_short() {

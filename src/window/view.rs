@@ -46,6 +46,8 @@ pub struct View {
     rate: FrameRate,
     /// Lines of the overlay drawn into `words`.
     drawn_lines: Vec<String>,
+    /// True once any pixel was not black: until then a server's window says how to draw.
+    was_drawn: bool,
     /// Corner of the overlay.
     corner: Option<Corner>,
     is_uploaded: bool,
@@ -80,6 +82,7 @@ impl View {
             message: None,
             rate: FrameRate { since: Instant::now(), frames: 0, per_second: 0.0 },
             drawn_lines: Vec::new(),
+            was_drawn: false,
             corner: None,
             is_uploaded: false,
         }
@@ -165,7 +168,7 @@ impl View {
             Action::Help => self.shows_help = !self.shows_help,
             Action::FrameRate => self.shows_rate = !self.shows_rate,
             Action::Fullscreen => self.wants_fullscreen = true,
-            Action::Scaling => self.scaling = self.scaling.other(),
+            Action::Scaling => self.scaling = self.scaling.next(),
             Action::Inspect => self.inspects = !self.inspects,
             Action::Crt => drop(self.look.set_crt(!self.look.is_crt())),
         }
@@ -203,7 +206,13 @@ impl View {
     fn update_frame(&mut self) -> Option<std::ops::Range<usize>> {
         let rows = self.display.copy_changes(self.frame.version, &mut self.frame)?;
         self.rate.frames += 1;
-        Some(rows.start as usize..rows.end as usize)
+        let rows = rows.start as usize..rows.end as usize;
+        if !self.was_drawn {
+            let stride = self.frame.width as usize * 4;
+            let changed = self.frame.bytes.get(rows.start * stride..rows.end * stride).unwrap_or(&[]);
+            self.was_drawn = changed.as_chunks::<4>().0.iter().any(|p| p[..3] != [0; 3]);
+        }
+        Some(rows)
     }
 
     /// Returns the window's words if any changed since the last call, `None` if the screen is up to
@@ -214,7 +223,11 @@ impl View {
         }
         let layout = self.layout(window_size);
         let rows = self.update_frame();
-        let lines = self.overlay_lines(&layout);
+        let mut lines = self.overlay_lines(&layout);
+        let welcome = self.welcome_lines();
+        // The welcome is drawn elsewhere, but with the other lines it decides what is out of date.
+        let others = lines.len();
+        lines.extend(welcome.iter().cloned());
         let shown = (layout, self.look.is_crt());
         let is_new_layout = self.layout.replace(shown) != Some(shown);
         if is_new_layout {
@@ -240,16 +253,29 @@ impl View {
         self.look.convert(&self.frame.bytes, &layout, rows, &mut self.words);
         if !lines.is_empty() {
             let mut canvas = Canvas { words: &mut self.words, width: window_size[0], height: window_size[1] };
-            let fits = |scale| overlay::box_size(&lines, scale)[0] + 8 <= window_size[0];
+            overlay::draw_middle(&mut canvas, &welcome);
+        }
+        if others > 0 {
+            let mut canvas = Canvas { words: &mut self.words, width: window_size[0], height: window_size[1] };
+            let lines = &lines[..others];
+            let fits = |scale| overlay::box_size(lines, scale)[0] + 8 <= window_size[0];
             let scale = if window_size[1] >= 480 && fits(2) { 2 } else { 1 };
-            let size = overlay::box_size(&lines, scale);
+            let size = overlay::box_size(lines, scale);
             let corner = Corner::choose(self.corner, &Corner::ALL, &canvas, size);
             self.corner = Some(corner);
-            overlay::draw_box(&mut canvas, corner.place(window_size, size), &lines, scale);
+            overlay::draw_box(&mut canvas, corner.place(window_size, size), lines, scale);
         }
         self.drawn_lines = lines;
         self.is_uploaded = false;
         Some(&self.words)
+    }
+
+    /// Returns what a server's window says while nothing was drawn.
+    fn welcome_lines(&self) -> Vec<String> {
+        match &self.server {
+            Some(server) if !self.was_drawn => server.welcome(),
+            _ => Vec::new(),
+        }
     }
 
     /// Returns the current lines of the overlay, and updates the frame rate.
@@ -336,6 +362,28 @@ mod tests {
             view.key(key, false);
             assert_eq!(view.redraw([300, 200]).expect("overlay off"), plain, "{key:?}");
         }
+    }
+
+    #[test]
+    fn a_servers_window_says_how_to_draw_until_something_is_drawn() {
+        let mut memory = VideoMemory::new(480, 320).unwrap();
+        let (display, mut view) = view_of(&memory);
+        let plain = view.redraw([480, 320]).expect("first").to_vec();
+        let board = crate::server::MetricsBoard::new();
+        view.set_server(Some(ServerStatus::new(vec!["tcp 127.0.0.1:1337".into()], board)), false);
+        assert_ne!(view.redraw([480, 320]).expect("the welcome"), plain);
+        assert_eq!(view.frame.bytes, memory.bytes(), "nothing of it is in the frame");
+        view.key(Key::F1, true);
+        view.redraw([480, 320]).expect("the welcome and the keys");
+        view.key(Key::F1, false);
+        view.key(Key::F1, true);
+        memory.put_pixel(3, 3, [0, 0, 200, 255]);
+        display.publish(&memory, 3..4, 2, None);
+        let drawn = view.redraw([480, 320]).expect("drawn").to_vec();
+        assert_eq!(drawn.iter().filter(|w| **w != 0).count(), 1, "the pixel alone");
+        memory.put_pixel(3, 3, [0, 0, 0, 255]);
+        display.publish(&memory, 3..4, 3, None);
+        assert_eq!(view.redraw([480, 320]).expect("black"), plain, "it does not come back");
     }
 
     #[test]

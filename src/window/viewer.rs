@@ -10,7 +10,7 @@ use super::hud;
 use super::layout::Scaling;
 use super::look::ScreenLook;
 use super::overlay::{Canvas, Corner};
-use super::{Collector, KeyReport, Layout, MAX_WINDOW_SIDE, TICK, USUAL_SCREEN, WindowError, open};
+use super::{Collector, KeyReport, Layout, MAX_WINDOW_SIDE, USUAL_SCREEN, WindowError, open};
 use crate::save::{self, Movie};
 use crate::viewer::{Key, Model, Overlay, Request, Viewer};
 use minifb::{MouseButton, MouseMode};
@@ -23,6 +23,8 @@ use std::time::{Duration, Instant};
 
 /// Frames per second of a GIF recorded by F9.
 const GIF_RATE: f64 = 25.0;
+/// Time between two looks at keys and clock: a fraction of a frame at 60 frames a second.
+const VIEWER_TICK: Duration = Duration::from_millis(3);
 /// Time between two checks of the file.
 const WATCH_EVERY: Duration = Duration::from_millis(250);
 
@@ -32,6 +34,8 @@ pub struct ViewerOptions<'a> {
     pub title: String,
     /// Set to show the picture as a cathode ray tube does; K changes it.
     pub crt: bool,
+    /// Set to scale a frame as large as the window smoothly from the start; F10 changes it.
+    pub is_smooth: bool,
     /// Folder that F9, F12 and J save in.
     pub save_dir: PathBuf,
     /// Movie of all that is shown, from the start, and its frames per second.
@@ -83,6 +87,9 @@ pub fn run_viewer(viewer: &mut Viewer, options: &mut ViewerOptions<'_>) -> Resul
     let mut movie = options.movie.take().map(|(movie, rate)| Recording::new(movie, rate));
     let mut gif: Option<Recording> = None;
     let mut screen = FrameOnScreen::new(frame, options.crt);
+    if options.is_smooth && scale == 1 {
+        screen.scaling = Scaling::Smooth;
+    }
     let mut fullscreen = Fullscreen::default();
     let (begun, mut last, mut watched) = (Instant::now(), Instant::now(), Instant::now());
     while window.is_open() && options.ends_after.is_none_or(|time| begun.elapsed() < time) {
@@ -129,7 +136,10 @@ pub fn run_viewer(viewer: &mut Viewer, options: &mut ViewerOptions<'_>) -> Resul
         if quits {
             break;
         }
-        std::thread::sleep(TICK);
+        // A picture at rest becomes smoother at once.
+        if !viewer.has_more_to_smooth() {
+            std::thread::sleep(VIEWER_TICK);
+        }
     }
     Ok(())
 }
@@ -163,7 +173,7 @@ impl FrameOnScreen {
     }
 
     fn toggle_scaling(&mut self) {
-        self.scaling = self.scaling.other();
+        self.scaling = self.scaling.next();
         // Causes the entire window to be redrawn.
         self.size = [0, 0];
     }
@@ -291,6 +301,7 @@ fn translate(key: minifb::Key) -> Option<Key> {
         K::C => Key::C,
         K::D => Key::D,
         K::E => Key::E,
+        K::G => Key::G,
         K::H => Key::H,
         K::I => Key::I,
         K::J => Key::J,
@@ -300,6 +311,8 @@ fn translate(key: minifb::Key) -> Option<Key> {
         K::Q => Key::Q,
         K::R => Key::R,
         K::S => Key::S,
+        K::T => Key::T,
+        K::V => Key::V,
         K::W => Key::W,
         K::Z => Key::Z,
         K::Space => Key::Space,

@@ -82,3 +82,13 @@ fn the_library_page_shows_a_golden_test_in_eight_lines_and_a_game_in_forty() {
     let compiled = include_str!("../files/golden_example.rs");
     assert!(blocks.iter().any(|block| block.trim_end() == compiled.trim_end()));
 }
+
+#[test]
+fn the_viewers_page_has_every_key() {
+    let page = std::fs::read_to_string(root().join("docs/viewer.md")).expect("there is one");
+    for binding in fbptr::viewer::BINDINGS {
+        let row = format!("| `{}` | {} | {} |", binding.name, binding.help, binding.help_nd);
+        let row = row.replace("|  |", "| |");
+        assert!(page.lines().any(|line| line == row), "docs/viewer.md lacks {row}");
+    }
+}

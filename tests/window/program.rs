@@ -34,6 +34,57 @@ fn the_program() {
 }
 
 #[test]
+fn a_program_draws_its_frames_without_a_window_and_saves_the_last() {
+    let folder = Folder::new("program-headless");
+    let run = |arguments: &[&str]| {
+        Command::new(std::env::current_exe().expect("this program"))
+            // After -- the test harness leaves the words alone.
+            .args(["--ignored", "--exact", "program::the_counter", "--"])
+            .args(arguments)
+            .env("FBPTR_TEST_PROGRAM", "1")
+            .env_remove("DISPLAY")
+            .env_remove("WAYLAND_DISPLAY")
+            .current_dir(&folder.0)
+            .output()
+            .expect("it starts")
+    };
+    let blue = |name: &str| {
+        let picture = image::open(folder.0.join(name)).expect("a picture").to_rgb8();
+        assert_eq!(picture.dimensions(), (SIZE[0] as u32, SIZE[1] as u32));
+        picture.get_pixel(5, 5).0[2]
+    };
+    for (arguments, frames) in [
+        (&["--headless", "--snap", "a.png"][..], 1),
+        (&["--headless", "--frames", "7", "--snap", "a.png"], 7),
+        (&["--frames", "99", "--snap", "a.png", "--headless"], 20),
+    ] {
+        let output = run(arguments);
+        assert!(output.status.success(), "{output:?}");
+        assert_eq!(blue("a.png"), frames, "{arguments:?}");
+    }
+    for bad in [&["--headless", "--frames", "none"][..], &["--headless", "--snap", "no-folder/a.png"]] {
+        assert!(!run(bad).status.success(), "{bad:?}");
+    }
+}
+
+#[test]
+#[ignore = "started by the test above"]
+fn the_counter() {
+    if std::env::var_os("FBPTR_TEST_PROGRAM").is_none() {
+        return;
+    }
+    let mut seconds = 0.0;
+    fbptr::run(SIZE[0] as u32, SIZE[1] as u32, |fb, input| {
+        seconds += input.delta_s;
+        assert!((seconds - input.frame as f64 / 60.0).abs() < 1e-9, "a sixtieth of a second a frame");
+        fb.clear(opaque([0, 0, input.frame as u8 + 1]));
+        // A program may end before its last frame.
+        input.close = input.frame == 19;
+    })
+    .expect("no window is needed");
+}
+
+#[test]
 fn a_program_shows_its_frame_and_gets_keys_mouse_and_the_end() {
     let folder = Folder::new("program");
     let Some(screen) = Screen::start(&folder.0) else { return };

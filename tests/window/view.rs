@@ -134,9 +134,11 @@ fn press_every_key(screen: &Screen, folder: &Path, file: &str, is_nd: bool) {
                 | Action::Fullscreen
                 | Action::Scaling
                 | Action::Crt
+                | Action::Ground
+                | Action::Turntable
         ) {
             // The second press switches the effect off again, before the next key.
-            if binding.action != Action::Pause {
+            if !matches!(binding.action, Action::Pause | Action::Turntable) {
                 // With time running the picture never settles.
                 settled(screen, &id);
             }

@@ -3,7 +3,10 @@
 //! A view is a scene with another pose: the shown picture is the one that the JSON of that scene
 //! gives, to the bit.
 
+mod edges;
 mod false_color;
+mod gallery;
+mod glow;
 #[cfg(test)]
 mod tests;
 
@@ -13,6 +16,7 @@ use super::{Wishes, depth_picture};
 use crate::executor::Executor;
 use crate::eye::{self, ContactSheet, EyePicture, EyeScene, Fibre, MISS, Pose};
 use false_color::in_false_color;
+use gallery::Gallery;
 
 /// Angle of one step, in degrees.
 const TURN_DEG: f64 = 5.0;
@@ -40,10 +44,12 @@ pub(super) struct Nd {
     step: f64,
     picture: Option<EyePicture>,
     pool: Executor,
+    gallery: Option<Gallery>,
 }
 
 impl Nd {
-    pub fn new(given: EyeScene, pool: Executor) -> Self {
+    /// Shows a scene; in the studio, with a gallery if it has a wireframe.
+    pub fn new(given: EyeScene, pool: Executor, studio: bool) -> Self {
         let dim = given.dim;
         let points = || given.facets.iter().flat_map(|f| &f.v);
         let mut bounds = vec![(f64::INFINITY, f64::NEG_INFINITY); dim];
@@ -53,10 +59,13 @@ impl Nd {
             }
         }
         let is_empty = given.facets.is_empty();
-        let middle = bounds.iter().map(|&(l, h)| if is_empty { 0.0 } else { l / 2.0 + h / 2.0 }).collect();
+        let middle: Vec<f64> =
+            bounds.iter().map(|&(l, h)| if is_empty { 0.0 } else { l / 2.0 + h / 2.0 }).collect();
         let size = bounds.iter().map(|&(l, h)| h - l).fold(0.0, f64::max);
         let holds_eye = bounds.iter().zip(&given.pose.position).all(|(&(l, h), x)| (l..=h).contains(x));
+        let gallery = studio.then(|| Gallery::of(&given, &middle)).flatten();
         Nd {
+            gallery,
             pose: given.pose.clone(),
             is_slice: false,
             fibre: Fibre::Exact,
@@ -86,12 +95,12 @@ impl Nd {
         EyeScene::new(parts).unwrap_or_else(|_| self.given.clone())
     }
 
-    /// Returns a frame size for the scene's screen: an integer multiple of it, near 640x480.
-    pub fn frame_size(scene: &EyeScene) -> [u32; 2] {
+    /// Returns a frame size for the scene's screen: an integer multiple of it, near `usual`.
+    pub fn frame_size(scene: &EyeScene, usual: [u32; 2]) -> [u32; 2] {
         let [w, h] = ContactSheet::of(&scene.pixels).picture_size();
-        let scale = (640 / w.max(1)).min(480 / h.max(1)).max(1);
+        let scale = (usual[0] / w.max(1)).min(usual[1] / h.max(1)).max(1);
         match scene.screen_dim() {
-            1 => [w * (640 / w.max(1)).max(1), 240],
+            1 => [w * (usual[0] / w.max(1)).max(1), usual[1] / 2],
             _ => [w * scale, h * scale],
         }
     }
@@ -106,6 +115,11 @@ impl Nd {
                 self.pose = old.pose.clone();
             }
         }
+    }
+
+    /// Returns whether the scene has a gallery of wireframe, slice and shadow.
+    pub fn has_gallery(&self) -> bool {
+        self.gallery.is_some()
     }
 
     /// Returns to the author's pose.
@@ -244,6 +258,15 @@ impl Nd {
 
     /// Renders the scene and draws it in the colours of the shading style.
     pub fn draw(&mut self, wishes: &Wishes, frame: &mut ViewerFrame) -> Result<(), String> {
+        if wishes.shows_gallery
+            && let Some(mut gallery) = self.gallery.take()
+        {
+            let drawn = gallery.draw(self, &mut frame.memory);
+            self.gallery = Some(gallery);
+            if drawn? {
+                return Ok(());
+            }
+        }
         let scene = self.scene();
         let picture = eye::render_with(&scene, self.fibre, &self.pool).map_err(|e| e.to_string())?;
         frame.clear(false);

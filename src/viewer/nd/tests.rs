@@ -6,7 +6,7 @@ use crate::eye::shapes::{DemoScene, cube};
 
 fn tesseract() -> Nd {
     let demo = DemoScene { pixels: vec![24, 18], aperture_tan: 0.3, turns: vec![(0, 1, 20.0), (1, 3, 30.0)] };
-    Nd::new(demo.scene(cube(4).expect("a cube")).expect("a scene"), Executor::default())
+    Nd::new(demo.scene(cube(4).expect("a cube")).expect("a scene"), Executor::default(), false)
 }
 
 #[test]

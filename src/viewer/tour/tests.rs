@@ -16,6 +16,9 @@ fn tour_viewer() -> Viewer {
         time: 0.0,
         fps: FRAMES_PER_SECOND,
         cull: None,
+        studio: false,
+        turntable: false,
+        split: None,
         renderer: Renderer::default(),
         pool: Executor::default(),
     };
