@@ -46,7 +46,7 @@ use frame::ViewerFrame;
 use nd::Nd;
 use replay::Replay;
 use scene3d::{SceneSource, Space};
-use smoothing::Smoothing;
+use smoothing::SubframeMean;
 use split::SplitScreen;
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -203,7 +203,7 @@ pub struct Viewer {
     other: VideoMemory,
     show: Show,
     exact: Exact,
-    smoothing: Smoothing,
+    smoothing: SubframeMean,
     split: Option<Split>,
     split_screen: Option<SplitScreen>,
     /// True if a polytope is to be shown as a gallery when nothing else of it is asked for.
@@ -276,7 +276,7 @@ impl Viewer {
             other,
             show: Show::Picture,
             exact: Exact::default(),
-            smoothing: Smoothing::default(),
+            smoothing: SubframeMean::default(),
             split,
             split_screen: None,
             wants_gallery: true,

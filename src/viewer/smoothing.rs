@@ -13,7 +13,7 @@ use crate::memory::VideoMemory;
 
 /// The mean of the sub-frames drawn so far.
 #[derive(Default)]
-pub(super) struct Smoothing {
+pub(super) struct SubframeMean {
     /// Sums of the sub-frames' bytes.
     sums: Vec<u16>,
     /// Number of sub-frames in the sums.
@@ -22,7 +22,7 @@ pub(super) struct Smoothing {
     frames: Option<(ViewerFrame, VideoMemory)>,
 }
 
-impl Smoothing {
+impl SubframeMean {
     /// Discards the sub-frames.
     pub fn restart(&mut self) {
         self.count = 0;
