@@ -238,6 +238,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
                 // A coarser grid may fold slivers over, and f32 edges may leave gaps: there only
                 // the third column is bounded.
                 bounds: if is_default { vec![none(0), none(1), most_off] } else { vec![most_off] },
+                is_run: true,
                 timing,
                 work: pixels as f64,
                 picture: None,

@@ -62,6 +62,8 @@ pub struct Row {
     pub errors: Vec<f64>,
     /// Promised limits of the errors.
     pub bounds: Vec<Bound>,
+    /// False if this machine cannot run the alternative: there are no errors, bounds and times.
+    pub is_run: bool,
     /// Timing of one run, if it was timed.
     pub timing: Option<Timing>,
     /// Units of work in one run (see [`Experiment::unit`]).
@@ -92,16 +94,42 @@ impl Picture {
 }
 
 impl Row {
+    /// Returns the row of an alternative that this machine cannot run.
+    pub fn not_run(subject: String, alternative: String, columns: usize) -> Row {
+        Row {
+            subject,
+            alternative,
+            is_default: false,
+            errors: vec![f64::NAN; columns],
+            bounds: Vec::new(),
+            is_run: false,
+            timing: None,
+            work: 1.0,
+            picture: None,
+        }
+    }
+
     /// Returns whether all bounds are met. A NaN error meets none.
     pub fn is_within_bounds(&self) -> bool {
         self.bounds.iter().all(|b| self.errors[b.column] <= b.at_most)
     }
 
-    /// Returns the nanoseconds per unit of work, or `None` if the row is out of bounds or was not
-    /// timed.
+    /// Returns the timing, unless the row is out of bounds, was not timed, or is too short for the
+    /// clock.
+    fn shown_timing(&self) -> Option<Timing> {
+        self.timing.filter(|timing| self.is_within_bounds() && timing.is_measurable())
+    }
+
+    /// Returns the median of the nanoseconds per unit of work, or `None` if the row is out of
+    /// bounds, was not timed, or is too short for the clock.
     pub fn nanoseconds_per_unit(&self) -> Option<f64> {
-        let timing = self.timing.filter(|_| self.is_within_bounds())?;
-        Some(timing.min_s * 1e9 / self.work)
+        self.nanosecond_quartiles().map(|quartiles| quartiles[1])
+    }
+
+    /// Returns first quartile, median and third quartile of the nanoseconds per unit of work, under
+    /// the same conditions.
+    pub fn nanosecond_quartiles(&self) -> Option<[f64; 3]> {
+        Some(self.shown_timing()?.quartiles_s.map(|s| s * 1e9 / self.work))
     }
 }
 

@@ -84,6 +84,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
                 is_default: threads == usual_threads().min(3),
                 errors: vec![pixels_unlike(&picture, &truth) as f64],
                 bounds: vec![Bound { column: 0, at_most: 0.0 }],
+                is_run: true,
                 timing,
                 work: truth.facet.len() as f64,
                 picture: None,

@@ -116,6 +116,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
                 is_default: fibre == Fibre::Exact,
                 errors: errors(&picture, &truth),
                 bounds,
+                is_run: true,
                 timing,
                 work: truth.facet.len() as f64,
                 picture: None,

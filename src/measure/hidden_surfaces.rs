@@ -108,6 +108,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
                 is_default: hide == HiddenSurface::default(),
                 errors: vec![e.pixels_off as f64, part, e.steps.rmse],
                 bounds: vec![Bound { column: 1, at_most }],
+                is_run: true,
                 timing,
                 work: (width * height) as f64,
                 picture: Some(Picture { width, found, truth }),

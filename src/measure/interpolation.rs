@@ -127,6 +127,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
                 is_default,
                 errors: vec![max, (squares / n).sqrt(), (colors / n).sqrt()],
                 bounds: vec![Bound { column: 0, at_most }],
+                is_run: true,
                 timing,
                 work: n,
                 picture: None,

@@ -60,21 +60,23 @@ impl Section {
     }
 
     /// Returns (subject, alternative) of the alternatives that are clearly better than the default:
-    /// at least a tenth faster with no more error, or with at most half the error in no more time.
-    /// Returns `None` if nothing was timed or there is no default.
+    /// at least a tenth faster with no more error, the quartiles of the times apart, or with at most
+    /// half the error in no more time, by the medians and by the third quartiles. Returns `None` if
+    /// nothing was timed or there is no default.
     pub fn better_than_default(&self) -> Option<Vec<(&str, &str)>> {
         let column = self.experiment.plotted;
         let mut better = Vec::new();
         let mut has_default = false;
         for (subject, rows) in self.subjects() {
             let Some(default) = rows.iter().find(|r| r.is_default) else { continue };
-            let Some(time) = default.nanoseconds_per_unit() else { continue };
+            let Some([low, time, high]) = default.nanosecond_quartiles() else { continue };
             has_default = true;
             let error = default.errors[column];
             for row in rows.iter().filter(|r| !r.is_default) {
-                let Some(t) = row.nanoseconds_per_unit() else { continue };
-                let is_faster = t < 0.9 * time && row.errors[column] <= error;
-                let is_nearer = t <= 1.05 * time && row.errors[column] <= 0.5 * error && error > 0.0;
+                let Some([_, t, most]) = row.nanosecond_quartiles() else { continue };
+                let is_faster = t < 0.9 * time && most < low && row.errors[column] <= error;
+                let is_no_slower = t <= time && most <= high;
+                let is_nearer = is_no_slower && row.errors[column] <= 0.5 * error && error > 0.0;
                 if is_faster || is_nearer {
                     better.push((subject, row.alternative.as_str()));
                 }
@@ -88,8 +90,8 @@ impl Section {
         match self.better_than_default() {
             None => "Nothing here is a default that could be bettered.".into(),
             Some(better) if better.is_empty() => {
-                "Ruled out: nothing else is a tenth faster than the default with no more error, or has half its error in no more \
-                 time, on any subject."
+                "Nothing else is a tenth faster than the default with no more error, or has half its error in no more \
+                 time, on any subject, where the quartiles of the times are apart."
                     .into()
             }
             Some(better) => {
@@ -124,6 +126,19 @@ pub struct Report {
 }
 
 impl Report {
+    /// Returns a warning if the machine was not calm: if of more than a tenth of the timed rows the
+    /// quartiles are further apart than a quarter of the median.
+    pub fn unrest(&self) -> Option<String> {
+        let timings = || self.sections.iter().flat_map(|s| &s.rows).filter_map(|row| row.timing);
+        let (all, restless) = (timings().count(), timings().filter(|t| t.spread() > 0.25).count());
+        (restless * 10 > all).then(|| {
+            format!(
+                "The machine was not calm: of {restless} of {all} rows the quartiles of the time are further apart than a quarter \
+                 of the median. Verdicts may differ in the next run."
+            )
+        })
+    }
+
     /// Returns the rows outside their bounds, as lines of text.
     pub fn broken_bounds(&self) -> Vec<String> {
         let mut broken = Vec::new();

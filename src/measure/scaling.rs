@@ -30,7 +30,8 @@ impl Scaling {
     /// Returns b of the line log t = a + b log x that fits the times best (least squares), or
     /// `None` without two different sizes.
     pub fn exponent(&self) -> Option<f64> {
-        let timed = self.points.iter().filter_map(|p| Some((libm::log(p.x), libm::log(p.timing?.min_s))));
+        let timed =
+            self.points.iter().filter_map(|p| Some((libm::log(p.x), libm::log(p.timing?.median_s()))));
         let logs: Vec<(f64, f64)> = timed.collect();
         let n = logs.len() as f64;
         let mean = |f: fn(&(f64, f64)) -> f64| logs.iter().map(f).sum::<f64>() / n;
@@ -47,7 +48,7 @@ mod tests {
 
     fn scaling(time: impl Fn(f64) -> f64, sizes: &[f64]) -> Scaling {
         let point = |&x: &f64| {
-            let timing = Some(Timing { min_s: time(x), median_s: 0.0, runs: 3 });
+            let timing = Some(Timing::single(time(x)));
             ScalingPoint { x, timing, peak_bytes: None }
         };
         let points = sizes.iter().map(point).collect();

@@ -104,6 +104,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
                 is_default: filter == Filter::default(),
                 errors: vec![e.steps.max, e.steps.rmse, e.psnr_db, e.ssim],
                 bounds: vec![Bound { column: 1, at_most }],
+                is_run: true,
                 timing,
                 work: (width * height) as f64,
                 picture: Some(Picture { width, found, truth: truth.clone() }),

@@ -147,9 +147,10 @@ pub fn run(workload: Workload, options: &BenchOptions) -> Result<Row, Refusal> {
         let row = measure(workload, &mut run_of, &own)?;
         rows.push((run_of.amount(), row));
     }
-    let points = rows.iter().map(|(x, row)| {
-        let timing = Timing { min_s: row.min_ms, median_s: row.median_ms, runs: row.frames };
-        ScalingPoint { x: *x, timing: Some(timing), peak_bytes: None }
+    let points = rows.iter().map(|(x, row)| ScalingPoint {
+        x: *x,
+        timing: Some(Timing::single(row.min_ms)),
+        peak_bytes: None,
     });
     let scaling = Scaling { title: String::new(), grows: what, at_most: None, points: points.collect() };
     let steps = rows.iter().map(|(x, row)| (*x, row.min_ms)).collect();

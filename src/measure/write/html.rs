@@ -1,7 +1,7 @@
 //! Report as one HTML page: no script, no external resources, plots as inline SVG.
 
 use super::plot::{escape, scaling, speed_against_error};
-use super::{mebibytes, number, time};
+use super::{bounds, error, mebibytes, number, spent, time};
 use crate::measure::{Report, Section};
 use std::fmt::Write;
 
@@ -40,8 +40,11 @@ pub fn html(report: &Report, machine: &str) -> String {
     out.push_str(
         "<p>Each numbered point is one way of doing a stage. To the left: nearer to the truth; down: faster. The blue one is what \
          the program does unless told otherwise; the dashed line is the Pareto front. Errors are the same to the digit on \
-         every machine; times are of this one.</p>\n",
+         every machine; times are of this one: medians, with the first and third quartile in brackets.</p>\n",
     );
+    if let Some(unrest) = report.unrest() {
+        let _ = writeln!(out, "<p>{}</p>", escape(&unrest));
+    }
     for section in &report.sections {
         section_html(&mut out, section);
     }
@@ -69,7 +72,7 @@ fn scaling_html(out: &mut String, report: &Report) {
             escape(g.grows)
         );
         for p in &g.points {
-            let spent = p.timing.map_or("-".into(), |t| time(t.min_s * 1e9));
+            let spent = p.timing.map_or("-".into(), |t| time(t.median_s() * 1e9));
             let _ = writeln!(
                 out,
                 "<tr><td>{}</td><td>{spent}</td><td>{}</td></tr>",
@@ -113,16 +116,10 @@ fn section_html(out: &mut String, section: &Section) {
             };
             let _ = write!(out, "<tr{class}><td>{}</td>", escape(&row.alternative));
             for v in &row.errors {
-                let _ = write!(out, "<td>{}</td>", number(*v));
+                let _ = write!(out, "<td>{}</td>", error(row, *v));
             }
-            let bounds: Vec<String> = row
-                .bounds
-                .iter()
-                .filter(|b| b.at_most.is_finite())
-                .map(|b| format!("{} ≤ {}", escape(e.columns[b.column]), number(b.at_most)))
-                .collect();
-            let spent = row.nanoseconds_per_unit().map_or("-".into(), time);
-            let _ = writeln!(out, "<td>{}</td><td>{spent}</td></tr>", bounds.join("<br>"));
+            let bounds: Vec<String> = bounds(e, row).iter().map(|bound| escape(bound)).collect();
+            let _ = writeln!(out, "<td>{}</td><td>{}</td></tr>", bounds.join("<br>"), spent(row));
         }
     }
     out.push_str("</tbody>\n</table>\n");

@@ -9,11 +9,15 @@ fn value(x: f64) -> Value {
 }
 
 fn errors(columns: &[&str], row: &Row) -> Value {
+    if !row.is_run {
+        return Value::Null;
+    }
     let pairs = columns.iter().zip(&row.errors).map(|(c, e)| ((*c).to_owned(), value(*e)));
     Value::Object(pairs.collect())
 }
 
-/// Returns the whole report, times included.
+/// Returns the whole report. The keys of all that comes from a clock, or differs from run to run for
+/// other reasons, contain `time`; everything else is the same in any two runs.
 pub fn json(report: &Report, machine: &str) -> Value {
     let sections: Vec<Value> = report
         .sections
@@ -34,9 +38,12 @@ pub fn json(report: &Report, machine: &str) -> Value {
                         "default": r.is_default,
                         "errors": errors(s.experiment.columns, r),
                         "bounds": bounds,
-                        "within_bounds": r.is_within_bounds(),
-                        "ns_per_unit": r.nanoseconds_per_unit(),
-                        "runs": r.timing.map(|t| t.runs),
+                        "run": r.is_run,
+                        "within_bounds": r.is_run.then(|| r.is_within_bounds()),
+                        "time_ns_per_unit": r.nanoseconds_per_unit(),
+                        "time_ns_quartiles": r.nanosecond_quartiles(),
+                        "time_samples": r.timing.map(|t| t.samples),
+                        "time_runs_per_sample": r.timing.map(|t| t.runs),
                     })
                 })
                 .collect();
@@ -46,7 +53,7 @@ pub fn json(report: &Report, machine: &str) -> Value {
                 "about": s.experiment.about,
                 "unit": s.experiment.unit,
                 "rows": rows,
-                "verdict": s.verdict(),
+                "time_verdict": s.verdict(),
             })
         })
         .collect();
@@ -57,12 +64,12 @@ pub fn json(report: &Report, machine: &str) -> Value {
             let points: Vec<Value> = g
                 .points
                 .iter()
-                .map(|p| json!({ "x": p.x, "seconds": p.timing.map(|t| t.min_s), "peak_bytes": p.peak_bytes }))
+                .map(|p| json!({ "x": p.x, "time": { "seconds": p.timing.map(|t| t.median_s()), "peak_bytes": p.peak_bytes } }))
                 .collect();
-            json!({ "title": g.title, "grows": g.grows, "exponent": g.exponent(), "at_most": g.at_most, "points": points })
+            json!({ "title": g.title, "grows": g.grows, "time_exponent": g.exponent(), "at_most": g.at_most, "points": points })
         })
         .collect();
-    json!({ "machine": machine, "quick": report.effort.is_quick, "sections": sections, "growth": scaling })
+    json!({ "time_and_machine": machine, "time_unrest": report.unrest(), "quick": report.effort.is_quick, "sections": sections, "growth": scaling })
 }
 
 /// Returns the errors alone, which are identical to the digit on every machine, by section,
@@ -70,7 +77,7 @@ pub fn json(report: &Report, machine: &str) -> Value {
 pub fn errors_json(report: &Report) -> Value {
     let mut all = serde_json::Map::new();
     for s in &report.sections {
-        for r in &s.rows {
+        for r in s.rows.iter().filter(|r| r.is_run) {
             let key = format!("{} / {} / {}", s.experiment.id, r.subject, r.alternative);
             all.insert(key, errors(s.experiment.columns, r));
         }

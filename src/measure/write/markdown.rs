@@ -1,6 +1,6 @@
 //! Report as Markdown tables.
 
-use super::{mebibytes, number, time};
+use super::{bounds, error, mebibytes, number, spent, time};
 use crate::measure::{Goal, HardRow, Report, Section};
 use std::fmt::Write;
 
@@ -10,9 +10,12 @@ pub fn markdown(report: &Report, machine: &str) -> String {
     let _ = writeln!(out, "{machine}\n");
     out.push_str(
         "Errors are against a truth in f64 or wider and the same on every machine; times are of this one. **Bold**: the \
-         default. `*`: on the Pareto front, nothing else is both faster and nearer to the truth. A row outside its bound \
-         shows no time.\n",
+         default. `*`: on the Pareto front, nothing else is both faster and nearer to the truth. Times are medians, with the \
+         first and third quartile of their samples in brackets. A row outside its bound shows no time.\n",
     );
+    if let Some(unrest) = report.unrest() {
+        let _ = writeln!(out, "\n{unrest}");
+    }
     for section in &report.sections {
         table(&mut out, section);
     }
@@ -44,7 +47,7 @@ fn scaling_tables(out: &mut String, report: &Report) {
         let _ = writeln!(out, "\n### {}\n\n{}^{exponent}{promise}.\n", g.title, g.grows);
         let _ = writeln!(out, "| {} | time | peak memory |\n|---:|---:|---:|", g.grows);
         for p in &g.points {
-            let spent = p.timing.map_or("-".into(), |t| time(t.min_s * 1e9));
+            let spent = p.timing.map_or("-".into(), |t| time(t.median_s() * 1e9));
             let _ = writeln!(out, "| {} | {spent} | {} |", number(p.x), mebibytes(p.peak_bytes));
         }
     }
@@ -60,21 +63,11 @@ fn table(out: &mut String, section: &Section) {
         for row in rows {
             let name =
                 if row.is_default { format!("**{}**", row.alternative) } else { row.alternative.clone() };
-            let errors: String = row.errors.iter().map(|v| format!(" {} |", number(*v))).collect();
-            let bounds: Vec<String> = row
-                .bounds
-                .iter()
-                .filter(|b| b.at_most.is_finite())
-                .map(|b| format!("{} ≤ {}", e.columns[b.column], number(b.at_most)))
-                .collect();
-            let spent = match row.nanoseconds_per_unit() {
-                Some(ns) => time(ns),
-                None if !row.is_within_bounds() => "outside its bound".into(),
-                None => "-".into(),
-            };
+            let errors: String = row.errors.iter().map(|v| format!(" {} |", error(row, *v))).collect();
+            let bounds = bounds(e, row).join("; ");
+            let spent = spent(row);
             let front = if section.is_on_front(rows, row) { "*" } else { "" };
-            let _ =
-                writeln!(out, "| {subject} | {name} |{errors} {} | {spent} | {front} |", bounds.join("; "));
+            let _ = writeln!(out, "| {subject} | {name} |{errors} {bounds} | {spent} | {front} |");
         }
     }
     if section.rows.iter().any(|r| r.timing.is_some()) {

@@ -181,7 +181,7 @@ fn draw_axes(out: &mut String, x: &Axis, start: &str, x_title: &str, y: &Axis, y
 /// Plots time against size, with the line of the fitted power; empty if nothing was timed.
 pub(super) fn scaling(g: &Scaling) -> String {
     let points: Vec<(f64, f64)> =
-        g.points.iter().filter_map(|p| Some((p.x, p.timing?.min_s * 1e9))).collect();
+        g.points.iter().filter_map(|p| Some((p.x, p.timing?.median_s() * 1e9))).collect();
     if points.is_empty() {
         return String::new();
     }
