@@ -17,7 +17,7 @@ int main(int count, char **words)
             double depth = fb_h * 0.4 / (y - horizon), light = fmin(1, 1.2 / depth);
             for (int x = 0; x < fb_w; x++) {
                 double side = depth * (x - fb_w / 2) / (fb_w / 2);
-                int u = floor(8 * (c * depth - s * side)), v = floor(8 * (s * depth + c * side) + t / 10.0);
+                int u = floor(8 * (c * depth - s * side) + 2.5), v = floor(8 * (s * depth + c * side) + t / 10.0);
                 int red = 31 * light * ((u ^ v) & 1), green = 63 * light * ((u >> 2 ^ v >> 2) & 1);
                 row[x] = red << 11 | green << 5 | (int)(10 * light);
             }

@@ -1,4 +1,4 @@
-/* A raycaster: one ray a column through a map of walls; it turns round in the middle of its room. */
+/* A raycaster: one ray a column through a map of walls; it walks along the free row of its rooms and turns. */
 #include "fb.h"
 
 static const char *map[8] = {"########", "#...#..#", "#......#", "##....##", "#......#", "#..#...#", "#......#", "########"};
@@ -8,7 +8,7 @@ int main(int count, char **words)
     fb_open(32, 2);
     for (long t = 0, end = frames(count, words); t < end; t++) {
         uint8_t *page = fb_back();
-        double px = 3.5 + cos(t / 70.0), py = 4.5 + 0.6 * sin(t / 50.0), heading = t / 100.0;
+        double px = 4 + 1.5 * cos(t / 70.0), py = 4.5 + 0.3 * sin(t / 50.0), heading = t / 100.0;
         for (int x = 0; x < fb_w; x++) {
             double view = (x - fb_w / 2.0) / fb_w * 1.2, dx = cos(heading) - sin(heading) * view;
             double dy = sin(heading) + cos(heading) * view, step_x = fabs(1 / dx), step_y = fabs(1 / dy);

@@ -191,6 +191,36 @@ app.exec_()
 }
 
 #[test]
+fn qt_gets_keys_and_the_pointers_place_by_the_plugins_of_the_docs() {
+    if !has_pyqt() {
+        return;
+    }
+    let docs = include_str!("../../../docs/run.md");
+    let line = docs.lines().find_map(|line| line.strip_prefix("export QT_QPA_GENERIC_PLUGINS="));
+    let folder = Folder::new("run-qt-input");
+    let keys = folder.join("keys.txt");
+    let events = "2s mouse 100 50 0\n2500ms mouse 100 50 1\n3s mouse 100 50 0\n";
+    std::fs::write(&keys, events).unwrap();
+    let script = "
+from PyQt5.QtWidgets import QApplication, QWidget
+class Window(QWidget):
+    def mousePressEvent(self, event):
+        print(event.x(), event.y(), event.button(), flush=True)
+    def keyPressEvent(self, event):
+        print(repr(event.text()), flush=True)
+        app.quit()
+app = QApplication(['test', '-platform', 'linuxfb:fb=/dev/fb0'])
+window = Window()
+window.showFullScreen()
+app.exec_()
+";
+    let mut command = run(&["--size", "160x120", "--keys", keys.to_str().unwrap(), "--type", "q", "--"]);
+    command.env("QT_QPA_GENERIC_PLUGINS", line.expect("the docs name the plugins"));
+    let output = command.args(["/usr/bin/python3", "-c", script]).output().unwrap();
+    assert_eq!(text(&output.stdout), "100 50 1\n'q'\n", "{output:?}");
+}
+
+#[test]
 fn an_sdl_program_draws_by_fbcon_and_gets_its_keys() {
     let has_sdl = Command::new("python3")
         .args(["-c", "import ctypes; ctypes.CDLL('libSDL-1.2.so.0')"])
