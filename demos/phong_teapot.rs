@@ -6,11 +6,13 @@
 
 mod common;
 
-use common::teapot::teapot;
+use common::teapot::{SIZE, teapot};
 use common::{Motion, show};
 use fbptr::scene::ShadeMode;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    show("phong teapot", [400, 300], Motion::Moving, |client, frame| teapot(client, frame, ShadeMode::Phong))
+    show("phong teapot", SIZE, Motion::Moving, |client, frame| {
+        teapot(client, frame, ShadeMode::Phong, "Phong: lit at every pixel")
+    })
 }

@@ -3,6 +3,7 @@
 
 #![allow(dead_code, reason = "no demo uses all of it")]
 
+pub mod look;
 pub mod teapot;
 
 use fbptr::error::Fault;

@@ -83,11 +83,11 @@ const GALLERY: [(&str, &str); 19] = [
     ("lines", "1"),
     ("triangles", "1"),
     ("bresenham", "13"),
-    ("wire_cube", "5"),
+    ("wire_cube", "30"),
     ("frustum", "5"),
-    ("gouraud_teapot", "5"),
-    ("phong_teapot", "5"),
-    ("zbuffer", "60"),
+    ("gouraud_teapot", "1"),
+    ("phong_teapot", "1"),
+    ("zbuffer", "30"),
     ("painter", "5"),
     ("depth_precision", "1"),
     ("affine_texture", "5"),
@@ -96,8 +96,8 @@ const GALLERY: [(&str, &str); 19] = [
     ("tcp_client", "5"),
     ("plotter", "60"),
     ("flatland", "5"),
-    ("tesseract", "5"),
-    ("line_room", "5"),
+    ("tesseract", "12"),
+    ("line_room", "280"),
 ];
 
 #[test]
