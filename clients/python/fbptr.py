@@ -104,10 +104,6 @@ class Verbs:
 
     # Made from the verb table: BLESS=1 cargo test --test decoder python
 
-    def size(self):
-        """`SIZE`: answers SIZE width height."""
-        return self.ask("SIZE")
-
     def pb(self, x, y, color):
         """`PBxxyyrgba`: sets a pixel in ten bytes: PB, x and y as u16 little-endian, r, g, b, a;
         no newline.
@@ -248,6 +244,27 @@ class Verbs:
         """`BLEND replace|over`: stores colours as they are, or composes them source-over."""
         self._send_verb("BLEND", mode)
 
+    def clip(self, *rect):
+        """`CLIP x y w h`: lets later drawing of this connection touch a rectangle alone.
+
+        `CLIP OFF`: lets it touch everything.
+        """
+        self._send_verb("CLIP", *rect)
+
+    def canvas(self, name, w, h):
+        """`CANVAS name w h`: makes a transparent off-screen frame, with a depth of its own."""
+        self._send_verb("CANVAS", name, w, h)
+
+    def target(self, name):
+        """`TARGET name|FRAME`: draws and reads later on a canvas, or on the frame again."""
+        self._send_verb("TARGET", name)
+
+    def stamp(self, name, x, y, c=None):
+        """`STAMP name x y [c]`: puts a canvas with its upper left corner at (x,y), but for its
+        pixels of colour c.
+        """
+        self._send_verb("STAMP", name, x, y, _colour(c))
+
     def textsize(self, size):
         """`TEXTSIZE 1|2|3|4|5|6|7|8`: makes the letters of TEXT and PRINT so many times as
         large.
@@ -288,7 +305,7 @@ class Verbs:
         self._send_verb("EYE", name, payload=json)
 
     def free(self, name):
-        """`FREE name`: forgets a mesh, texture or scene."""
+        """`FREE name`: forgets a mesh, texture, scene or canvas."""
         self._send_verb("FREE", name)
 
     def load(self, kind, *name_and_path):
@@ -468,6 +485,14 @@ class Verbs:
     def version(self):
         """`VERSION`: answers VERSION and the program's version."""
         return self.ask("VERSION")
+
+    def title(self, text):
+        """`TITLE text ...`: names the window by the rest of the line; no :N is read in it."""
+        self._send_verb("TITLE", text)
+
+    def wait(self, seconds):
+        """`WAIT seconds`: pauses this connection alone, at most 60 s; not where no window is."""
+        self._send_verb("WAIT", seconds)
 
     def auto(self, mode):
         """`AUTO on|off`: shows the memory as it changes, or only at PRESENT."""

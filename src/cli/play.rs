@@ -119,13 +119,14 @@ impl Play {
         if self.movie.takes_stdout() && self.trace.is_some() {
             return Err("--movie - and --trace: both want standard output".to_owned());
         }
-        let mut size_of_recording = None;
+        let (mut size_of_file, mut takes_size) = (None, false);
         let (input, name, end): (Box<dyn Read + Send>, _, _) = match &self.file {
             Some(path) if path != Path::new("-") => {
                 let name = path.display().to_string();
                 let (file, len) = open_stream(path, &name)?;
                 if len.is_some() {
-                    size_of_recording = read_recorded_size(&file).map_err(|e| format!("{name}: {e}"))?;
+                    size_of_file = read_size(&file).map_err(|e| format!("{name}: {e}"))?;
+                    takes_size = true;
                 }
                 let end = if len.is_some() { EndOfInput::File } else { EndOfInput::Stream };
                 let input: Box<dyn Read + Send> = match len {
@@ -136,7 +137,10 @@ impl Play {
             }
             _ => (Box::new(io::stdin()), "-".to_owned(), EndOfInput::Stream),
         };
-        let engine = self.engine(self.size.or(size_of_recording).unwrap_or(FrameSize::DEFAULT))?;
+        let mut engine = self.engine(self.size.or(size_of_file).unwrap_or(FrameSize::DEFAULT))?;
+        if takes_size {
+            engine.take_size();
+        }
         Ok(Stream { engine, input, name, end })
     }
 
@@ -382,12 +386,22 @@ fn notices(name: String, has_failed: Arc<AtomicBool>) -> impl FnMut(Notice) + Se
 
 /// Returns the frame size of a recording from its first line, or `None` for another stream. Rewinds
 /// the file.
-fn read_recorded_size(mut file: &File) -> io::Result<Option<FrameSize>> {
+fn read_size(mut file: &File) -> Result<Option<FrameSize>, String> {
     let mut first = Vec::new();
-    file.take(100).read_to_end(&mut first)?;
-    file.rewind()?;
-    let line = first.split(|&b| b == b'\n').next();
-    Ok(line.and_then(recorded_size).and_then(|size| size.parse().ok()))
+    file.take(1 << 16).read_to_end(&mut first).map_err(|e| e.to_string())?;
+    file.rewind().map_err(|e| e.to_string())?;
+    let mut lines = first.split(|&b| b == b'\n');
+    if let Some(size) = lines.clone().next().and_then(recorded_size) {
+        return Ok(size.parse().ok());
+    }
+    let is_command = |line: &&[u8]| !line.starts_with(b"#") && !line.trim_ascii().is_empty();
+    let words = lines.find(is_command).and_then(|line| std::str::from_utf8(line).ok());
+    match words.unwrap_or("").split_ascii_whitespace().collect::<Vec<_>>()[..] {
+        [verb, w, h] if verb.eq_ignore_ascii_case("SIZE") => {
+            format!("{w}x{h}").parse().map(Some).map_err(|e| format!("SIZE {w} {h}: {e}"))
+        }
+        _ => Ok(None),
+    }
 }
 
 /// Ends playback on a signal, still writing the snapshot, and at once on a second one. Returns a

@@ -1,6 +1,8 @@
 //! The HELP text, generated from the verb table.
 
-use super::verb::{Group, Verb};
+use super::suggest::nearest_verb;
+use super::verb::{Encoding, Group, Reach, Verb};
+use crate::error::{Code, Fault};
 use std::fmt::Write;
 
 /// Returns the reply to `HELP`: one line `template: description` per form of a verb, each ended by
@@ -22,6 +24,32 @@ pub fn help_text() -> String {
     text
 }
 
+/// Returns the reply to `HELP verb`: the verb's forms, what of `TARGET` and `CLIP` it obeys, and an
+/// example, whose payload follows on lines of its own. Bytes of a binary verb are written as in a
+/// string of Rust. The name may be in either case.
+///
+/// # Errors
+/// `EVERB` if there is no such verb, with the nearest one.
+pub fn help_on(name: &str) -> Result<String, Fault> {
+    let Some(verb) = Verb::named(&name.to_ascii_uppercase()) else {
+        let near = nearest_verb(name).map_or(String::new(), |near| format!(" (did you mean {near}?)"));
+        return Err(Fault::new(Code::Verb, format!("no verb has this name{near}")).got(name));
+    };
+    let forms = verb.forms.iter().map(|form| format!("{}: {}\n", form.syntax, form.about));
+    let reach = match verb.reach {
+        Reach::Connection => "",
+        Reach::Target => "It obeys TARGET.\n",
+        Reach::Clip => "It obeys TARGET and CLIP.\n",
+    };
+    let example = match verb.encoding {
+        Encoding::Binary => verb.example.escape_debug().to_string(),
+        Encoding::Text => verb.example.to_owned(),
+    };
+    let is_plain = example.chars().all(|c| c == '\n' || (' '..='~').contains(&c));
+    let example = if is_plain { example } else { example.escape_debug().to_string() };
+    Ok(format!("{}{reach}Example:\n{example}\n", forms.collect::<String>()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -33,6 +61,22 @@ mod tests {
         assert!(start.iter().any(|l| l.starts_with("PX x y gg")));
         assert!(start.iter().any(|l| l.starts_with("OFFSET")));
         assert!(start.iter().any(|l| l.contains("PBxxyyrgba")));
+    }
+
+    #[test]
+    fn every_verb_is_described_with_an_example() {
+        for verb in Verb::all() {
+            let text = help_on(&verb.name.to_lowercase()).unwrap();
+            assert!(text.is_ascii() && text.starts_with(verb.name) && text.ends_with('\n'), "{text}");
+            let (_, example) = text.split_once("\nExample:\n").unwrap();
+            assert!(example.starts_with(verb.name), "{text}");
+        }
+        assert!(help_on("fill").unwrap().contains("It obeys TARGET and CLIP.\nExample:\nFILL 8.5"));
+        let refused = help_on("LIEN").unwrap_err();
+        assert_eq!(
+            (refused.code, refused.message.as_str()),
+            (Code::Verb, "no verb has this name (did you mean LINE?)")
+        );
     }
 
     #[test]

@@ -34,7 +34,7 @@ pub use commands::{
 };
 pub use decoder::{Decoder, EndOfInput, Limits, MAX_LINE_BYTES};
 pub use encode::{EncodeError, encode};
-pub use help::help_text;
+pub use help::{help_on, help_text};
 pub use payload_pool::PayloadPool;
 pub use sink::{BINARY_PIXEL_BYTES, Flow, Sink, StreamPosition, binary_pixel};
 pub use stream_error::{

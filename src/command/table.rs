@@ -30,8 +30,14 @@ macro_rules! verbs { ($($with:tt)*) => { $($with)* ! {
 nested [Figure(Figure) = fn figure, Projection(Box<Projection>) = fn set_projection];
 
 Pixelflut Text Command {
-    HELP Help = fn help -> Lines: "lists the verbs" eg "HELP";
-    SIZE Size = fn size -> Line: "answers SIZE width height" eg "SIZE";
+    HELP Help = fn help | HelpOn { verb: String } = fn help_on -> Lines: [
+        "HELP": "lists the verbs",
+        "HELP verb": "describes one of them, with an example",
+    ] eg "HELP LINE";
+    SIZE Size = fn size | SetSize { w: i32 = Side, h: i32 = Side } = fn set_size -> ByForm: [
+        "SIZE": "answers SIZE width height",
+        "SIZE w h": "sets the frame's size, as the first command of a file that is played",
+    ] eg "SIZE";
     PX Pixel { x: i32, y: i32, color: Rgba } = fn moved_pixel
         | GetPixel { x: i32, y: i32 } = fn asked_pixel -> ByForm in clip: [
         "PX x y rrggbb": "sets a pixel to a colour in hex, moved by OFFSET",
@@ -124,6 +130,17 @@ TwoD Text Figure {
 TwoD Text Command {
     BLEND Blend { over["replace|over"]: bool = BlendOver } = fn set_blend:
         "stores colours as they are, or composes them source-over" eg "BLEND over";
+    CLIP Clip { rect["x y w h|OFF"]: Option<Rect> = ClipRect } = fn set_clip: [
+        "CLIP x y w h": "lets later drawing of this connection touch a rectangle alone",
+        "CLIP OFF": "lets it touch everything",
+    ] eg "CLIP 8 6 40 30";
+    CANVAS Canvas { name: String = CanvasName, w: i32 = Side, h: i32 = Side } = fn make_canvas:
+        "makes a transparent off-screen frame, with a depth of its own" eg "CANVAS hero 16 16";
+    TARGET Target { name["name|FRAME"]: Option<String> = TargetName } = fn set_target:
+        "draws and reads later on a canvas, or on the frame again" eg "TARGET FRAME";
+    STAMP Stamp { name: String = CanvasName, x: i32, y: i32, key["[c]"]: Option<Rgba> } = fn stamp in clip:
+        "puts a canvas with its upper left corner at (x,y), but for its pixels of colour c"
+        eg "STAMP hero 20 10";
     TEXTSIZE TextSize { size["1|2|3|4|5|6|7|8"]: i32 = TextScale } = fn set_text_size:
         "makes the letters of TEXT and PRINT so many times as large" eg "TEXTSIZE 2";
     IMAGE Image { x: i32, y: i32, file[":N"]: Vec<u8> = Bytes } = job image_job in clip:
@@ -147,7 +164,7 @@ ThreeD Text Command {
         eg "SCENE X3D :26\n<X3D><Scene></Scene></X3D>";
     EYE Eye { name: String, json[":N"]: Vec<u8> = Bytes } = job eye_job:
         "makes an N-dimensional scene from JSON" eg "EYE world :2\n{}";
-    FREE Free { name: String } = fn free: "forgets a mesh, texture or scene" eg "FREE pot";
+    FREE Free { name: String } = fn free: "forgets a mesh, texture, scene or canvas" eg "FREE pot";
     LOAD Load { kind: FileKind, name: String = LoadName, path: String } = fn load_job
         with check_names = load_names, write = write_load: [
         "LOAD MESH|TEX name path": "loads a file of the server's own folder",
@@ -242,6 +259,10 @@ Control Text Command {
         eg "SYNC frame7";
     HELLO Hello = fn hello -> Line: "answers HELLO fbptr 1 width height stride rgba" eg "HELLO";
     VERSION Version = fn version -> Line: "answers VERSION and the program's version" eg "VERSION";
+    TITLE Title { text["text ..."]: String = RestOfLine } = fn set_title:
+        "names the window by the rest of the line; no :N is read in it" eg "TITLE Step 7 of 24";
+    WAIT Wait { seconds: f64 = Seconds } = fn pause:
+        "pauses this connection alone, at most 60 s; not where no window is" eg "WAIT 0.5";
     AUTO Auto(on["on|off"]: bool = OnOff) = fn set_auto:
         "shows the memory as it changes, or only at PRESENT" eg "AUTO off";
     PRESENT Present { wait["[wait]"]: bool = Wait } = fn present -> ByForm:

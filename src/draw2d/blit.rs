@@ -1,8 +1,8 @@
 //! Rectangles of pixels: written to the frame, read from it, and copied within it.
 
 use super::blend::run_of_many;
-use super::{Blend, DrawError, Rect, pixels_mut, run_mut, visible};
-use crate::memory::VideoMemory;
+use super::{Blend, DrawError, Rect, over, pixels_mut, run_mut, visible};
+use crate::memory::{Rgba, VideoMemory};
 use std::ops::Range;
 
 /// Draws w x h pixels, RGBA rows without padding, at (x, y). Pixels outside the frame are skipped.
@@ -34,6 +34,40 @@ pub fn blit(memory: &mut VideoMemory, rect: Rect, rgba: &[u8], blend: Blend) -> 
         run_of_many(blend, &source[at..at + xs.len()], run_mut(memory, row, xs.clone()));
     }
     memory.mark_rows(ys.start as u32..ys.end as u32);
+    Ok(())
+}
+
+/// Draws w x h pixels as [`blit`] does, but for those of the colour `key`, if one is given.
+///
+/// A negative size or pixels of the wrong length are an error, and nothing is drawn.
+pub fn stamp(
+    memory: &mut VideoMemory,
+    rect: Rect,
+    rgba: &[u8],
+    key: Option<Rgba>,
+    blend: Blend,
+) -> Result<(), DrawError> {
+    let Some(key) = key else { return blit(memory, rect, rgba, blend) };
+    let Rect { x, y, w, h } = rect.checked()?;
+    let expected = w as u64 * h as u64 * 4;
+    if rgba.len() as u64 != expected {
+        return Err(DrawError::WrongLength { w, h, expected, found: rgba.len() as u64 });
+    }
+    let source = rgba.as_chunks::<4>().0;
+    let [xs, ys] = visible(memory, rect);
+    if xs.is_empty() {
+        return Ok(());
+    }
+    for row in ys {
+        let at = (i64::from(row) - i64::from(y)) as usize * w as usize;
+        let left = at + (i64::from(xs.start) - i64::from(x)) as usize;
+        let dest = run_mut(memory, row, xs.clone());
+        let pixels = source[left..left + dest.len()].iter().zip(dest);
+        pixels.filter(|(color, _)| **color != key).for_each(|(color, pixel)| {
+            *pixel = if blend == Blend::Replace { *color } else { over(*color, *pixel) };
+        });
+        memory.mark_row(row as u32);
+    }
     Ok(())
 }
 
@@ -117,7 +151,6 @@ mod tests {
     use super::*;
     use crate::draw2d::put_pixel;
     use crate::draw2d::raster::{extremes, memory};
-    use crate::memory::Rgba;
 
     /// Creates a frame whose every pixel encodes its position, with many different alphas.
     fn marked(w: u32, h: u32) -> VideoMemory {
@@ -181,6 +214,29 @@ mod tests {
                 assert_eq!(got.take_damage(), want.take_damage());
             }
         }
+    }
+
+    #[test]
+    fn a_stamp_leaves_its_key_out() {
+        let source: Vec<Rgba> = (0..12).map(|i| [100 + i, i, 3, 20 * i]).collect();
+        for (x, y) in extremes().into_iter().flat_map(|x| extremes().map(|y| (x, y))) {
+            for (blend, key) in
+                [(Blend::Replace, None), (Blend::Replace, Some(source[5])), (Blend::Over, Some(source[7]))]
+            {
+                let (mut got, mut want) = (marked(7, 5), marked(7, 5));
+                stamp(&mut got, Rect { x, y, w: 4, h: 3 }, source.as_flattened(), key, blend).unwrap();
+                for (i, &color) in source.iter().enumerate().filter(|(_, color)| Some(**color) != key) {
+                    let (px, py) = (x.checked_add(i as i32 % 4), y.checked_add(i as i32 / 4));
+                    if let (Some(px), Some(py)) = (px, py) {
+                        put_pixel(&mut want, px, py, color, blend);
+                    }
+                }
+                assert_eq!(got.bytes(), want.bytes(), "{x} {y} {blend:?} {key:?}");
+            }
+        }
+        let short =
+            stamp(&mut marked(7, 5), Rect { x: 0, y: 0, w: 2, h: 2 }, &[0; 15], Some([0; 4]), Blend::Replace);
+        assert_eq!(short.unwrap_err().code().as_str(), "EFORMAT");
     }
 
     #[test]

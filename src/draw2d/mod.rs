@@ -43,7 +43,7 @@ pub use crate::memory::over;
 pub use arc::{Arc, arc};
 pub use bezier::{FAR_POINT, bezier, bezier_steps};
 pub use blend::Blend;
-pub use blit::{blit, copy, read, rows};
+pub use blit::{blit, copy, read, rows, stamp};
 pub use circle::circle;
 pub use disc::fill_circle;
 pub use ellipse::{ellipse, fill_ellipse};

@@ -198,6 +198,25 @@ impl Framebuffer {
         Ok(())
     }
 
+    /// Lets later drawing touch a rectangle alone, as `CLIP` does; with `None` the whole frame.
+    pub fn set_clip(&mut self, rect: Option<Rect>) {
+        let Some(Rect { x, y, w, h }) = rect else { return self.memory.end_clip() };
+        let side = |start: i32, length: i32| {
+            let end = (i64::from(start) + i64::from(length)).max(0);
+            start.max(0) as u32..end.min(i64::from(u32::MAX)) as u32
+        };
+        self.memory.set_clip(side(x, w), side(y, h));
+    }
+
+    /// Draws another framebuffer with its upper left corner at `at`, but for its pixels of the
+    /// colour `key`, as `STAMP` does.
+    pub fn stamp(&mut self, other: &Framebuffer, at: [i32; 2], key: Option<Rgba>) {
+        let [w, h] = [other.width(), other.height()].map(|side| side as i32);
+        let rect = Rect { x: at[0], y: at[1], w, h };
+        draw2d::stamp(&mut self.memory, rect, other.memory.bytes(), key, self.blend)
+            .expect("a frame has as many bytes as its size says");
+    }
+
     /// Sets the magnification of the letters of text, 1 to 8, as `TEXTSIZE` does.
     pub fn set_text_size(&mut self, size: u8) {
         self.text_size = size.clamp(1, 8);

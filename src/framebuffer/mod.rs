@@ -115,12 +115,16 @@ impl Framebuffer {
 
     /// Fills the frame with `color`, and clears depth memory and pick buffer, as `CLEAR` does.
     pub fn clear(&mut self, color: Rgba) {
-        self.renderer.clear(&mut self.memory, color);
+        let [columns, rows] = self.memory.clip();
+        match self.memory.is_clipped() {
+            true => self.memory.clear_rows(rows.clone(), color),
+            false => self.renderer.clear(&mut self.memory, color),
+        }
         if let Some(depth) = &mut self.depth {
-            depth.clear();
+            if self.memory.is_clipped() { depth.clear_within(&columns, &rows) } else { depth.clear() }
         }
         if let Some(ids) = &mut self.ids {
-            ids.clear();
+            if self.memory.is_clipped() { ids.clear_within(&columns, &rows) } else { ids.clear() }
         }
     }
 

@@ -182,7 +182,7 @@ impl Replay {
                 self.end_of(engine, connection, out);
                 return StreamState::Ready;
             }
-            StreamState::Ready | StreamState::Yields | StreamState::WaitsFor(_) => {}
+            StreamState::Ready | StreamState::Yields | StreamState::WaitsFor(_) | StreamState::Pauses(_) => {}
         }
         state
     }

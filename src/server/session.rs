@@ -5,6 +5,7 @@
 //! connection, and is shared with no other.
 
 use super::read_files::FileSet;
+use super::surfaces::Surfaces;
 use super::{Limits, ResourceTable, Stats};
 use crate::command::{ErrorMode, Quality};
 use crate::draw2d::Blend;
@@ -36,6 +37,29 @@ pub(super) enum FileAccess {
     Recording(Arc<FileSet>),
 }
 
+/// View of a connection that sets neither camera nor light.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) enum DefaultView {
+    /// The next mesh is framed.
+    #[default]
+    Unset,
+    /// A mesh was framed by this camera, and `CLEAR` has not ended that.
+    Framed(Camera),
+    /// The connection has a view of its own.
+    Own,
+}
+
+impl DefaultView {
+    /// Returns the word of `STATS`.
+    pub fn word(self) -> &'static str {
+        match self {
+            DefaultView::Unset => "unset",
+            DefaultView::Framed(_) => "default",
+            DefaultView::Own => "own",
+        }
+    }
+}
+
 /// The state of one connection.
 #[derive(Debug)]
 pub struct Session {
@@ -47,6 +71,8 @@ pub struct Session {
     pub blend: Blend,
     /// Magnification of letters, set by `TEXTSIZE`.
     pub text_size: u8,
+    /// Its canvases, its target and its clip rectangle.
+    pub(super) surfaces: Surfaces,
     /// Receiver of its errors.
     pub audience: Audience,
     /// Mode set by `ERRORS`; `None` if it was not used.
@@ -59,6 +85,8 @@ pub struct Session {
     pub has_own_camera: bool,
     /// Lights set since the last `SCENE`, which has lights of its own.
     pub own_lights: BTreeMap<usize, Option<Light>>,
+    /// View of meshes until one was set.
+    pub(super) default_view: DefaultView,
     /// Viewport, set by `VIEWPORT`; `None` is the full frame with the default rule.
     pub viewport: Option<Viewport>,
     /// Model matrix.
@@ -115,12 +143,14 @@ impl Session {
             offset: [0, 0],
             blend: Blend::Replace,
             text_size: 1,
+            surfaces: Surfaces::default(),
             audience,
             error_mode: None,
             has_used_other_verbs: false,
             camera: Camera::default(),
             has_own_camera: false,
             own_lights: BTreeMap::new(),
+            default_view: DefaultView::Unset,
             viewport: None,
             model: DMat4::IDENTITY,
             stack: Vec::new(),
@@ -169,6 +199,7 @@ impl Session {
 
     /// Sets or clears light `index`.
     pub(super) fn set_light(&mut self, index: usize, light: Option<Light>) {
+        self.default_view = DefaultView::Own;
         self.own_lights.insert(index, light);
         if self.lights.len() <= index && light.is_some() {
             self.lights.resize(index + 1, None);

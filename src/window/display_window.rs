@@ -94,6 +94,9 @@ pub fn run(display: Arc<Display>, options: Options) -> Result<(), WindowError> {
         let window_size = <[usize; 2]>::from(window.get_size());
         pointer.look(&window, &view.layout(window_size), window_size);
         view.set_pointer(window.get_unscaled_mouse_pos(MouseMode::Discard));
+        if let Some(title) = display.take_title() {
+            window.set_title(&title);
+        }
         let words = view.redraw(window_size);
         // Converting a frame takes long enough to be destroyed in.
         if presence.is_lost() {

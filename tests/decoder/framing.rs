@@ -35,7 +35,7 @@ fn lines_end_at_lf_and_lose_one_cr() {
     assert_eq!(story(b"\tPX\t\t1   2 ff \t\n px 1 2 FF\n"), "1,2 1,2");
     assert_eq!(story(b"\n\r\n \t \n# PX 1 2 ff\n#\n#x :5\nSIZE\n"), "SIZE");
     // A comment begins its line; after a blank, `#` is an ordinary word.
-    assert_eq!(story(b" # x\nSIZE # x\n"), "EVERB EARGS");
+    assert_eq!(story(b" # x\nSTATS # x\n"), "EVERB EARGS");
     assert_eq!(story(b"PX 1 2 ff\x00\nPX\x0b1 2 ff\n"), "ECOLOUR EVERB");
 }
 

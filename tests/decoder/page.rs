@@ -1,7 +1,7 @@
 //! Verifies that the protocol page lists every verb as the verb table does, and every error code.
 
 use crate::generated::check_block;
-use fbptr::command::{Group, Verb};
+use fbptr::command::{Group, Reach, Verb};
 use fbptr::error::Code;
 use std::fmt::Write;
 use std::fs;
@@ -17,11 +17,17 @@ const MARKS: [&str; 2] = [
 fn tables() -> String {
     let mut text = String::new();
     for group in Group::ALL {
-        write!(text, "\n### {}\n\n| form | effect |\n|---|---|\n", group.title())
-            .expect("a String takes all");
-        for form in Verb::all().iter().filter(|v| v.group == group).flat_map(|v| v.forms) {
+        let head = "| form | effect | `TARGET` | `CLIP` |\n|---|---|---|---|";
+        write!(text, "\n### {}\n\n{head}\n", group.title()).expect("a String takes all");
+        let verbs = Verb::all().iter().filter(|v| v.group == group);
+        for (verb, form) in verbs.flat_map(|v| v.forms.iter().map(move |form| (v, form))) {
             let [syntax, about] = [form.syntax, form.about].map(|cell| cell.replace('|', "\\|"));
-            writeln!(text, "| `{syntax}` | {about} |").expect("a String takes all");
+            let obeys = match verb.reach {
+                Reach::Connection => "- | -",
+                Reach::Target => "obeys | -",
+                Reach::Clip => "obeys | obeys",
+            };
+            writeln!(text, "| `{syntax}` | {about} | {obeys} |").expect("a String takes all");
         }
     }
     text.push('\n');

@@ -277,6 +277,8 @@ fn curves() -> Vec<BoxedStrategy<Command>> {
         ([real2(), real2(), real2(), real2()], size(), color())
             .prop_map(|(points, width, color)| Command::Figure(Figure::Bezier { points, width, color }))
             .boxed(),
+        (0.0..=60.0).prop_map(|seconds| Command::Wait { seconds }).boxed(),
+        prop::option::of(rect()).prop_map(|rect| Command::Clip { rect }).boxed(),
         (1..=8i32).prop_map(|size| Command::TextSize { size }).boxed(),
         (any::<[i32; 2]>(), prop::collection::vec(any::<u8>(), 0..50))
             .prop_map(|([x, y], file)| Command::Image { x, y, file })

@@ -15,7 +15,8 @@ const SCENE_BEHIND: &str = "SCENE X3D :170\n<X3D version='3.3'><Scene><Viewpoint
 
 /// Streams that draw once, each with its explanation.
 const CASES: [(&str, &str); 12] = [
-    ("MESH m BOX\nDRAW m\n", "all of it is black: there is no light"),
+    // To take a light away is to have a view of one's own.
+    ("LIGHT 0 OFF\nMESH m BOX\nDRAW m\n", "all of it is black: there is no light"),
     ("AMBIENT 1 1 1\nMESH m BOX\nDRAW m\n", "all of it is black: there is no light"),
     ("*MESH m BOX\nTRANSLATE 0 0 20\nDRAW m\n", "nothing is drawn: all of it lies behind the eye"),
     ("*MESH m BOX\nTRANSLATE 50 0 0\nDRAW m\n", "nothing is drawn: all of it lies outside the view"),
@@ -87,6 +88,8 @@ fn what_shows_something_is_not_explained() {
     let serving = Serving::start(64, 48);
     for case in [
         "*MESH m BOX\nDRAW m\n",
+        // Framed and lit by default.
+        "MESH m BOX\nDRAW m\n",
         // Visible without light: edges, emissive colours, ambient light.
         "MESH m BOX\nSHADE wire\nDRAW m\n",
         "MESH m BOX\nMATERIAL 0 0 0 1 1 1 0 0 0 1 .5 0 0\nDRAW m\n",
@@ -100,14 +103,15 @@ fn what_shows_something_is_not_explained() {
 #[test]
 fn a_reason_is_told_once_and_only_where_errors_are_told() {
     let serving = Serving::start(64, 48);
-    let twice = "MESH m BOX\nDRAW m\nCLEAR\nDRAW m\nTRANSLATE 0 0 20\nDRAW m\nDRAW m\n";
+    let twice = "LIGHT 0 OFF\nMESH m BOX\nDRAW m\nCLEAR\nDRAW m\nTRANSLATE 0 0 20\nDRAW m\nDRAW m\n";
     let told = serving.say(&format!("{twice}STATS\n"));
     assert_eq!(told.matches("WARN ").count(), 2, "{told}");
     assert!(told.contains(" empty_draws=4 ") && told.contains(" total_empty_draws=4 "), "{told}");
     let told = serving.say(&format!("CLEAR\nERRORS count\n{twice}STATS\n"));
     assert!(told.starts_with("STATS ") && told.contains(" empty_draws=4 "), "{told}");
     // A client that asks for reports later is told at its next empty draw.
-    let told = serving.say("CLEAR\nERRORS count\nMESH m BOX\nDRAW m\nERRORS report\nCLEAR\nDRAW m\n");
+    let told =
+        serving.say("CLEAR\nERRORS count\nLIGHT 0 OFF\nMESH m BOX\nDRAW m\nERRORS report\nCLEAR\nDRAW m\n");
     assert_eq!(told.matches("WARN ").count(), 1, "{told}");
 }
 
@@ -115,11 +119,11 @@ fn a_reason_is_told_once_and_only_where_errors_are_told() {
 fn play_names_file_and_line_and_ends_well() {
     let folder = Folder::new("empty-draws");
     let file = folder.join("pot.fbs");
-    std::fs::write(&file, "MESH pot TEAPOT 4\nDRAW pot\n").unwrap();
+    std::fs::write(&file, "LIGHT 0 OFF\nMESH pot TEAPOT 4\nDRAW pot\n").unwrap();
     let out =
         fbptr().args(["play", file.to_str().unwrap(), "--headless"]).stdin(Stdio::null()).output().unwrap();
     let told = String::from_utf8(out.stderr).unwrap();
-    let want = format!("{}:2: DRAW: all of it is black: there is no light", file.display());
+    let want = format!("{}:3: DRAW: all of it is black: there is no light", file.display());
     assert!(told.starts_with(&want) && told.lines().count() == 1, "{told}");
     assert_eq!(out.status.code(), Some(0));
 }

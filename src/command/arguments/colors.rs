@@ -46,6 +46,24 @@ impl TextArgument for ClearColor {
     }
 }
 
+/// A colour, or nothing.
+impl Argument for Option<Rgba> {
+    type Value = Option<Rgba>;
+    const KIND: ParameterKind = ParameterKind::Color;
+    const WORDS: Arity = Arity::ZERO.or(Arity::ONE);
+
+    fn write(color: &Option<Rgba>, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        color.iter().for_each(|color| line.color(*color));
+        Ok(())
+    }
+}
+
+impl TextArgument for Option<Rgba> {
+    fn read(args: &mut Args<'_>) -> Result<Option<Rgba>, ParseError> {
+        if args.left() == 0 { Ok(None) } else { args.color().map(Some) }
+    }
+}
+
 /// One colour, or those of both ends.
 impl Argument for RampColor {
     type Value = RampColor;

@@ -15,9 +15,10 @@ mod subjects;
 
 pub(super) use colors::{ClearColor, LightColor, RawColor};
 pub(super) use keywords::{BlendOver, FovMin, OnOff, ViewportKind, Wait};
-pub(super) use names::{LoadName, TextureName, load_names, write_load};
+pub(super) use names::{CanvasName, LoadName, TargetName, TextureName, load_names, write_load};
 pub(super) use numbers::{
-    Angle, Angles, ByteCount, LightIndex, LineWidth, Radii, Radius, RealRadius, TextScale,
+    Angle, Angles, ByteCount, ClipRect, LightIndex, LineWidth, Radii, Radius, RealRadius, Seconds, Side,
+    TextScale,
 };
 pub(super) use payloads::{Bytes, HexBytes, Records, Run, Utf8, X3dFile, blit_length};
 pub(super) use rest_of_line::RestOfLine;

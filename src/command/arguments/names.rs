@@ -67,6 +67,70 @@ impl TextArgument for TextureName {
     }
 }
 
+/// The name of a canvas; `FRAME` is the frame's.
+pub struct CanvasName;
+
+impl Argument for CanvasName {
+    type Value = String;
+    const KIND: ParameterKind = ParameterKind::Name;
+    const WORDS: Arity = Arity::ONE;
+
+    fn check_sizes(name: &String) -> Result<(), Fault> {
+        match is_frame(name) {
+            true => Err(Fault::new(Code::Args, "FRAME is the frame, and no canvas").got(name.clone())),
+            false => Ok(()),
+        }
+    }
+
+    fn check_names(name: &String) -> Result<(), Fault> {
+        check_name(name)
+    }
+
+    fn write(name: &String, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        line.word(name);
+        Ok(())
+    }
+}
+
+impl TextArgument for CanvasName {
+    fn read(args: &mut Args<'_>) -> Result<String, ParseError> {
+        args.name()
+    }
+}
+
+/// The canvas that is drawn on, `None` for `FRAME`.
+pub struct TargetName;
+
+impl Argument for TargetName {
+    type Value = Option<String>;
+    const KIND: ParameterKind = ParameterKind::Name;
+    const WORDS: Arity = Arity::ONE;
+
+    fn check_names(name: &Option<String>) -> Result<(), Fault> {
+        name.iter().try_for_each(|name| check_name(name))
+    }
+
+    fn write(name: &Option<String>, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        match name {
+            Some(name) if is_frame(name) => return line.no_text("a canvas called FRAME"),
+            Some(name) => line.word(name),
+            None => line.word("FRAME"),
+        }
+        Ok(())
+    }
+}
+
+impl TextArgument for TargetName {
+    fn read(args: &mut Args<'_>) -> Result<Option<String>, ParseError> {
+        Ok(if args.take_keyword("frame") { None } else { Some(args.name()?) })
+    }
+}
+
+/// Returns whether a name stands for the frame.
+fn is_frame(name: &str) -> bool {
+    name.eq_ignore_ascii_case("frame")
+}
+
 impl Argument for SnapTarget {
     type Value = SnapTarget;
     const KIND: ParameterKind = ParameterKind::Name;

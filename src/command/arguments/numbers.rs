@@ -1,5 +1,6 @@
 //! Whole numbers, reals, vectors, rectangles, and lists of them.
 
+use super::keywords::take_keyword;
 use super::{Argument, TextArgument, finite, from_zero};
 use crate::command::args::{Args, ParseError};
 use crate::command::commands::{RealRect, Rect};
@@ -124,6 +125,36 @@ impl TextArgument for Radii {
     }
 }
 
+/// A time in seconds: 0 to 60.
+pub struct Seconds;
+
+impl Argument for Seconds {
+    type Value = f64;
+    const KIND: ParameterKind = ParameterKind::Real;
+    const WORDS: Arity = Arity::ONE;
+
+    fn check_numbers(seconds: &f64) -> Result<(), Fault> {
+        finite(&[*seconds])
+    }
+
+    fn check_sizes(seconds: &f64) -> Result<(), Fault> {
+        match (0.0..=60.0).contains(seconds) {
+            true => Ok(()),
+            false => Err(Fault::new(Code::Range, "the seconds must be 0 to 60").got(seconds.to_string())),
+        }
+    }
+
+    fn write(seconds: &f64, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        f64::write(seconds, line)
+    }
+}
+
+impl TextArgument for Seconds {
+    fn read(args: &mut Args<'_>) -> Result<f64, ParseError> {
+        args.real()
+    }
+}
+
 /// Magnification of letters: 1 to 8.
 pub struct TextScale;
 
@@ -194,6 +225,10 @@ size! {
 size! {
     /// The width of a line in reals.
     LineWidth: f64, "width"
+}
+size! {
+    /// A side of a canvas.
+    Side: i32, "side"
 }
 size! {
     /// A number of bytes.
@@ -347,6 +382,36 @@ impl TextArgument for Rect {
     fn read(args: &mut Args<'_>) -> Result<Rect, ParseError> {
         let [x, y, w, h] = args.ints()?;
         Ok(Rect { x, y, w, h })
+    }
+}
+
+/// A rectangle, or `OFF` for none.
+pub struct ClipRect;
+
+impl Argument for ClipRect {
+    type Value = Option<Rect>;
+    const KIND: ParameterKind = ParameterKind::Words;
+    const WORDS: Arity = Arity::ONE.or(Rect::WORDS);
+
+    fn check_sizes(rect: &Option<Rect>) -> Result<(), Fault> {
+        rect.iter().try_for_each(Rect::check_sizes)
+    }
+
+    fn write(rect: &Option<Rect>, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
+        match rect {
+            Some(rect) => return Rect::write(rect, line),
+            None => line.word("OFF"),
+        }
+        Ok(())
+    }
+}
+
+impl TextArgument for ClipRect {
+    fn read(args: &mut Args<'_>) -> Result<Option<Rect>, ParseError> {
+        if args.left() == 1 {
+            return take_keyword(args, "OFF").map(|()| None);
+        }
+        Rect::read(args).map(Some)
     }
 }
 

@@ -1,14 +1,15 @@
 use super::*;
 use crate::command::{ErrorMode, LightCommand, MeshSource, Quality, Verb};
-use crate::draw2d::Blend;
+use crate::draw2d::{self, Blend};
 use crate::memory::DepthFormat;
 use crate::scene::{
     Camera, Cull, HiddenSurface, Interpolation, Material, ObliqueKind, Projection, Sampling, ShadeMode,
     ViewportRule,
 };
-use crate::server::{Engine, Finish, RenderThread};
+use crate::server::{Display, DisplayObserver, Engine, Finish, RenderThread};
 use glam::{DMat4, DVec3};
 use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
 
 const RED: [u8; 4] = [255, 0, 0, 255];
 
@@ -52,6 +53,7 @@ fn send_all(client: &Client) {
     client.fill_poly(vec![[0.0; 2], [1.0; 2]], RED);
     client.text([0, 0], "a", RED);
     client.blend(Blend::Replace);
+    send_surfaces_and_curves(client, name);
     client.mesh(name, MeshSource::Sphere(1.0));
     client.texture(name, Vec::new());
     client.scene(Vec::new());
@@ -85,6 +87,24 @@ fn send_all(client: &Client) {
     client.auto(true);
     client.subscribe(true);
     client.error_mode(ErrorMode::Count);
+}
+
+/// Calls the methods of curves, text, canvases and the window.
+fn send_surfaces_and_curves(client: &Client, name: &str) {
+    client.print([0, 0], "a", RED);
+    client.text_size(2);
+    client.wide_line([0.0; 2], [1.0; 2], 1.0, RED);
+    client.ellipse([0.0; 2], [1.0; 2], RED);
+    client.fill_ellipse([0.0; 2], [1.0; 2], RED);
+    client.arc(draw2d::Arc { center: [0.0; 2], radii: [0.0, 1.0], angles: [0.0, 1.0] }, RED);
+    client.bezier([[0.0; 2]; 4], 1.0, RED);
+    client.image([0, 0], Vec::new());
+    client.clip(None);
+    client.canvas(name, 1, 1);
+    client.target(None);
+    client.stamp(name, [0, 0], None);
+    client.title(name);
+    client.pause(0.0);
 }
 
 /// Calls every method that waits for a reply, and returns how many returned one.
@@ -135,6 +155,38 @@ fn every_verb_has_a_method() {
     let table: BTreeSet<_> = Verb::all().iter().map(|verb| verb.name).collect();
     let missing: Vec<_> = table.difference(&verbs).collect();
     assert!(missing.is_empty(), "verbs without a method: {missing:?}");
+}
+
+#[test]
+fn a_pause_holds_its_own_connection_where_there_is_a_display() {
+    let display = Display::new(8, 6);
+    let mut engine = Engine::new(8, 6).unwrap();
+    engine.attach(DisplayObserver::new(display.clone()));
+    let thread = RenderThread::start(engine).unwrap();
+    let (slow, other) = (thread.client(), thread.client());
+    let begun = Instant::now();
+    slow.title("a title");
+    slow.pause(0.3);
+    slow.put_pixel(1, 1, RED);
+    slow.sync().unwrap();
+    assert!(begun.elapsed() >= Duration::from_millis(300));
+    assert_eq!(display.take_title().as_deref(), Some("a title"));
+    slow.put_pixel(2, 2, RED);
+    slow.pause(60.0);
+    slow.put_pixel(3, 3, RED);
+    while other.get_pixel(2, 2).unwrap() != RED {}
+    assert_eq!(other.get_pixel(3, 3).unwrap(), [0, 0, 0, 255], "it pauses, and others go on");
+    thread.finish(Finish::Now);
+}
+
+#[test]
+fn nobody_pauses_without_a_display() {
+    let thread = RenderThread::start(Engine::new(8, 6).unwrap()).unwrap();
+    let client = thread.client();
+    (0..60).for_each(|_| client.pause(60.0));
+    client.put_pixel(1, 1, RED);
+    assert_eq!(client.get_pixel(1, 1).unwrap(), RED);
+    thread.finish(Finish::Now);
 }
 
 #[test]

@@ -162,6 +162,26 @@ impl Client {
         self.send(Command::Image { x, y, file });
     }
 
+    /// Sends `CLIP`: later drawing of this client touches a rectangle alone, or with `None` all.
+    pub fn clip(&self, rect: Option<Rect>) {
+        self.send(Command::Clip { rect });
+    }
+
+    /// Sends `CANVAS`: makes a transparent canvas of `w` x `h` pixels.
+    pub fn canvas(&self, name: &str, w: i32, h: i32) {
+        self.send(Command::Canvas { name: name.into(), w, h });
+    }
+
+    /// Sends `TARGET`: draws and reads later on a canvas, or with `None` on the frame.
+    pub fn target(&self, name: Option<&str>) {
+        self.send(Command::Target { name: name.map(str::to_owned) });
+    }
+
+    /// Sends `STAMP`: puts a canvas on the target, but for its pixels of the key's colour.
+    pub fn stamp(&self, name: &str, [x, y]: [i32; 2], key: Option<Rgba>) {
+        self.send(Command::Stamp { name: name.into(), x, y, key });
+    }
+
     /// Sends `BLEND over` or `BLEND replace`.
     pub fn blend(&self, blend: crate::draw2d::Blend) {
         self.send(Command::Blend { over: blend == crate::draw2d::Blend::Over });
@@ -341,6 +361,17 @@ impl Client {
 
 /// Frames and the connection.
 impl Client {
+    /// Sends `TITLE`: names the window.
+    pub fn title(&self, text: &str) {
+        self.send(Command::Title { text: text.to_owned() });
+    }
+
+    /// Sends `WAIT`: pauses what this client sends later for 0 to 60 seconds, where there is a
+    /// window.
+    pub fn pause(&self, seconds: f64) {
+        self.send(Command::Wait { seconds });
+    }
+
     /// Sends `AUTO on|off`: selects whether the display follows the memory or shows complete frames
     /// only.
     pub fn auto(&self, on: bool) {

@@ -68,6 +68,8 @@ pub struct Display {
     width: u32,
     height: u32,
     shown: Mutex<Shown>,
+    /// Title that the window is to have, until it has it.
+    title: Mutex<Option<String>>,
     version: AtomicU64,
     frame_on_screen: AtomicU64,
     steps_asked: AtomicUsize,
@@ -87,6 +89,16 @@ impl std::fmt::Debug for Display {
 }
 
 impl Display {
+    /// Sets the window's title, as `TITLE` does.
+    pub(super) fn set_title(&self, title: String) {
+        *self.title.lock().unwrap_or_else(PoisonError::into_inner) = Some(title);
+    }
+
+    /// Takes the title that the window is to have from now on, if one was set.
+    pub fn take_title(&self) -> Option<String> {
+        self.title.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
     /// Creates a display of `width` x `height` opaque black pixels, at version 0.
     pub fn new(width: u32, height: u32) -> Arc<Display> {
         let (to_render, from_window) = bounded(INPUT_ROOM);
@@ -97,6 +109,7 @@ impl Display {
             width,
             height,
             shown: Mutex::new(Shown { frame, row_versions, probe: None, probe_depth: None, held: None }),
+            title: Mutex::new(None),
             version: AtomicU64::new(0),
             frame_on_screen: AtomicU64::new(0),
             steps_asked: AtomicUsize::new(0),

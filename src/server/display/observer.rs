@@ -5,7 +5,8 @@
 //! frame in [`SHOW_EVERY`] beside those of `PRESENT`.
 
 use super::Display;
-use crate::server::engine::{Event, FrameView, Observer, PendingRows};
+use crate::command::Command;
+use crate::server::engine::{Event, FrameView, Observer, PendingRows, Request};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -61,6 +62,9 @@ impl Observer for DisplayObserver {
             Event::Tick(now) if *now >= self.shown_at + SHOW_EVERY && !self.unshown.is_empty() => {
                 self.follow(frame);
                 self.shown_at = *now;
+            }
+            Event::Begins { request: Request::Command(Command::Title { text }), .. } => {
+                self.display.set_title(text.clone());
             }
             Event::Listeners(count) => self.display.set_listeners(*count),
             _ => {}

@@ -72,13 +72,15 @@ impl Engine {
         if has_begun {
             self.send_begin(session, &request);
         }
-        #[cfg(test)]
-        let verb = request.verb();
-        let result = self.guarded(|engine| {
-            let result = engine.dispatch(session, request, replies);
-            #[cfg(test)]
-            engine.meet_defect(verb);
-            result
+        // The verb matters on other surfaces than the frame alone.
+        let verb = if cfg!(test) || !session.surfaces.are_plain() { request.verb() } else { "" };
+        let result = self.on_surface(session, verb, |engine, session| {
+            engine.guarded(|engine| {
+                let result = engine.dispatch(session, request, replies);
+                #[cfg(test)]
+                engine.meet_defect(verb);
+                result
+            })
         });
         self.end_request(session, has_begun, result, &[], replies, start)
     }
@@ -103,8 +105,11 @@ impl Engine {
         let JobResult { made, files } = result;
         let (start, has_begun) = (replies.len(), made.is_ok());
         let result = made.and_then(|(command, apply)| {
+            let verb = command.verb();
             self.send_begin(session, &Request::Command(command));
-            self.guarded(|engine| apply(engine, session, replies))
+            self.on_surface(session, verb, |engine, session| {
+                engine.guarded(|engine| apply(engine, session, replies))
+            })
         });
         self.end_request(session, has_begun, result, &files, replies, start)
     }
@@ -121,16 +126,24 @@ impl Engine {
         replies: &mut Vec<u8>,
         budget: Budget,
     ) -> Result<Progress, Fault> {
-        let is_done = self.guarded(|engine| engine.advance(session, &mut pieces, budget));
+        let verb = pieces.verb();
+        let is_done = self.on_surface(session, verb, |engine, session| {
+            let is_done = engine.guarded(|engine| engine.advance(session, &mut pieces, budget));
+            if engine.has_defect {
+                engine.stop_pieces(&mut pieces);
+            }
+            is_done
+        });
         if let Ok(false) = is_done {
             return Ok(Progress::Pieces(Box::new(pieces)));
         }
-        if self.has_defect {
-            self.stop_pieces(&mut pieces);
+        if pieces.was_given_up() && session.surfaces.has_target() {
+            self.reset_canvas(session);
         }
         let (start, has_begun) = (replies.len(), is_done.is_ok());
         let result = is_done.map(|_| {
-            let request = self.end_pieces(session, pieces, replies);
+            let end = |engine: &mut Engine, s: &mut Session| engine.end_pieces(s, pieces, replies);
+            let request = self.on_surface(session, verb, end);
             self.send_begin(session, &request);
             Progress::Done(Effect::Done)
         });

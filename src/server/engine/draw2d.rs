@@ -9,6 +9,7 @@ use crate::error::{Code, Fault};
 use crate::executor::Executor;
 use crate::memory::{FbPtr, MemoryError, Rgba};
 use crate::server::Session;
+use crate::server::session::DefaultView;
 
 impl From<MemoryError> for Fault {
     fn from(e: MemoryError) -> Self {
@@ -101,6 +102,9 @@ impl EngineFrame {
     /// Does what CLEAR does besides filling the pixels: counts them, and clears the depth and pick
     /// buffers, all within the clip rectangle.
     pub(super) fn end_clear(&mut self, s: &mut Session) {
+        if let DefaultView::Framed(_) = s.default_view {
+            s.default_view = DefaultView::Unset;
+        }
         let [columns, rows] = self.memory.clip();
         s.stats.pixels += columns.len() as u64 * rows.len() as u64;
         match self.memory.is_clipped() {

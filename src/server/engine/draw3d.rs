@@ -7,7 +7,7 @@ use super::drawing::{Drawing, MeshDraw, SceneDraw};
 use super::empty_draw::{self, EmptyDraw};
 use super::quality::{Found, QualityRequest};
 use super::scene_request::{MadeScene, SceneRequest};
-use super::{Effect, Engine, Job, JobResult, Progress};
+use super::{Effect, Engine, Job, JobResult, Progress, default_view};
 use crate::command::{Command, LightCommand, Quality, Rect};
 use crate::error::{Code, Fault};
 use crate::math::matrix;
@@ -20,6 +20,7 @@ use crate::scene::{
 };
 use crate::server::Session;
 use crate::server::resources::ResourceKind;
+use crate::server::session::DefaultView;
 use glam::{DMat4, DVec3};
 use std::sync::Arc;
 
@@ -59,6 +60,7 @@ impl Engine {
         camera.matrices(1.0)?;
         s.camera = camera;
         s.has_own_camera = true;
+        s.default_view = DefaultView::Own;
         Ok(())
     }
 
@@ -167,17 +169,21 @@ impl Engine {
             return Ok(Progress::Done(Effect::Done));
         }
         let aspect = f64::from(viewport.width) / f64::from(viewport.height);
+        let (camera, lights, ambient) = match default_view::of(s, &geometry.mesh) {
+            Some((camera, light, ambient)) => (camera, vec![light], ambient),
+            None => (s.camera, s.lights.iter().flatten().copied().collect(), s.ambient),
+        };
         let mut draw = MeshDraw {
             id: self.framebuffer.id_of(&name),
             name,
             geometry,
             texture,
             sampling,
-            lights: s.lights.iter().flatten().copied().collect(),
-            ambient: s.ambient,
+            lights,
+            ambient,
             material: s.material.clone(),
             model: s.model,
-            camera: self.rendering.view_overrides.navigator.apply(&s.camera, None, aspect),
+            camera: self.rendering.view_overrides.navigator.apply(&camera, None, aspect),
             viewport,
             shade: self.rendering.view_overrides.shade.unwrap_or(s.shade),
             cull: self.rendering.view_overrides.cull.unwrap_or(s.cull),

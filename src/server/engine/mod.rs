@@ -21,12 +21,12 @@
 //! ```
 
 mod call;
+mod default_view;
 mod dispatch;
 mod draw2d;
 mod draw3d;
 mod drawing;
 mod empty_draw;
-mod engine_frame;
 #[cfg(test)]
 mod example;
 mod figures;
@@ -45,8 +45,10 @@ mod resources;
 mod scene_request;
 mod settings;
 mod status;
+mod surface;
 mod trace;
 
+use super::engine_frame::EngineFrame;
 use super::read_files::FileHasher;
 use super::resources::ResourceTable;
 use super::{Limits, Session, Stats};
@@ -54,14 +56,14 @@ use crate::cancel::CancelToken;
 use crate::draw2d::Blend;
 use crate::error::{Code, Fault};
 use crate::load::{QuotaDir, SandboxDir};
-use crate::memory::{DepthMemory, MemoryBudget, OverBudget, Rgba, VideoMemory};
+use crate::memory::{DepthMemory, MemoryBudget, MemoryUse, OverBudget, Rgba, VideoMemory};
 use crate::pipeline::Renderer;
 use crate::pipeline::quality::ChoiceCache;
 use crate::scene::ViewOverrides;
 use std::sync::Arc;
+use std::time::Duration;
 
 use call::{Call, Lend, Outcome};
-use engine_frame::EngineFrame;
 pub(in crate::server) use files::FileReader;
 pub(in crate::server) use job::{Job, JobResult};
 use long_draw::DrawThread;
@@ -82,6 +84,8 @@ pub enum Effect {
     /// Of `PRESENT wait` with a window: answer `FRAME n` when frame n is shown, and run nothing of
     /// this connection until then.
     WaitShown(u64),
+    /// Of `WAIT`, where a window shows what was drawn: run nothing of this connection for this time.
+    Pause(Duration),
 }
 
 /// Progress of a command after a part of it has run.
@@ -122,6 +126,8 @@ pub struct Engine {
     pub(in crate::server) quotas: Quotas,
     pub(in crate::server) counters: Counters,
     dialect: Dialect,
+    /// Set if the first command of a stream may be `SIZE w h`.
+    takes_size: bool,
     observers: Vec<Box<dyn Observer>>,
     /// Outputs that `STATS` names without an observer.
     offered_outputs: Vec<OutputStatus>,
@@ -201,7 +207,7 @@ impl Engine {
         let mut renderer = Renderer::default();
         renderer.set_budget(&quotas.budget);
         Ok(Engine {
-            framebuffer: EngineFrame::new(width, height, &quotas.budget)?,
+            framebuffer: EngineFrame::new(width, height, &quotas.budget, MemoryUse::Frame)?,
             rendering: Rendering {
                 renderer,
                 choices: ChoiceCache::default(),
@@ -215,6 +221,7 @@ impl Engine {
             quotas,
             counters: Counters::default(),
             dialect: Dialect::default(),
+            takes_size: false,
             observers: Vec::new(),
             offered_outputs: Vec::new(),
             is_in_pieces: false,
@@ -341,6 +348,12 @@ impl Engine {
     /// Sets the initial state of later connections.
     pub fn set_dialect(&mut self, dialect: Dialect) {
         self.dialect = dialect;
+    }
+
+    /// Lets the first command of a stream be `SIZE w h`. It changes nothing: the caller has made the
+    /// frame as large as the stream says, or as was asked for instead.
+    pub fn take_size(&mut self) {
+        self.takes_size = true;
     }
 
     /// Returns the initial state of connections.

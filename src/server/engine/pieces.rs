@@ -48,6 +48,8 @@ pub(in crate::server) struct Pieces {
     next: Next,
     reply: Vec<u8>,
     begun: Instant,
+    /// Set once it was given up, with a part of it drawn.
+    was_given_up: bool,
     /// The memory budget's reservation for its payload.
     _held: Reservation,
 }
@@ -63,6 +65,16 @@ enum Next {
 }
 
 impl Pieces {
+    /// Returns the command's verb.
+    pub fn verb(&self) -> &'static str {
+        self.command.verb()
+    }
+
+    /// Returns whether it was given up, with a part of it drawn.
+    pub fn was_given_up(&self) -> bool {
+        self.was_given_up
+    }
+
     /// Returns whether its first piece runs in the slice in which it begins. A draw waits for the
     /// next one, because its thread prepares it meanwhile.
     pub fn runs_at_once(&self) -> bool {
@@ -167,7 +179,7 @@ impl Engine {
         let taken_over = s.payload_held.take();
         let mut held = taken_over.unwrap_or_else(|| self.quotas.budget.empty(MemoryUse::Payloads));
         held.set(payload as u64);
-        Pieces { command, next, reply: Vec::new(), begun: Instant::now(), _held: held }
+        Pieces { command, next, reply: Vec::new(), begun: Instant::now(), was_given_up: false, _held: held }
     }
 
     /// Prepares the pieces of a draw, which has been counted.
@@ -187,7 +199,7 @@ impl Engine {
 
     fn pieces_of(&self, command: Command, next: Next) -> Pieces {
         let held = self.quotas.budget.empty(MemoryUse::Payloads);
-        Pieces { command, next, reply: Vec::new(), begun: Instant::now(), _held: held }
+        Pieces { command, next, reply: Vec::new(), begun: Instant::now(), was_given_up: false, _held: held }
     }
 
     /// Runs at least one piece, and more until the budget's time is used up. Returns whether the
@@ -210,7 +222,7 @@ impl Engine {
             }
             let now = Instant::now();
             if let Some(limit) = budget.command_time.filter(|&limit| now >= pieces.begun + limit) {
-                return Err(self.give_up_pieces(pieces, limit));
+                return Err(self.give_up_pieces(s, pieces, limit));
             }
             if budget.until.is_some_and(|until| now >= until) {
                 return Ok(false);
@@ -368,12 +380,12 @@ impl Engine {
 
     /// Ends a command early, and records the pixels that it has drawn. The fault says how far it
     /// got.
-    fn give_up_pieces(&mut self, pieces: &mut Pieces, limit: Duration) -> Fault {
+    fn give_up_pieces(&mut self, s: &Session, pieces: &mut Pieces, limit: Duration) -> Fault {
         let height = self.framebuffer.height();
         let (rows, how_far) = match &mut pieces.next {
             Next::Draw(draw) => {
                 self.stop_long_draw(draw);
-                if draw.has_depth {
+                if draw.has_depth && !s.surfaces.has_target() {
                     self.discard_depths();
                 }
                 (0..height, "with a part of it drawn".to_owned())
@@ -392,7 +404,11 @@ impl Engine {
             Next::Letter(cursor) => (0..height, format!("after {} bytes", cursor.bytes())),
             Next::CrcRow(..) => (0..0, "without effect".to_owned()),
         };
-        self.send_rows(rows);
+        pieces.was_given_up = !rows.is_empty();
+        // A canvas is no frame of a recording: it is cleared instead.
+        if !s.surfaces.has_target() {
+            self.send_rows(rows);
+        }
         let message = format!("given up after {} s, {how_far}", limit.as_secs_f64());
         Fault::new(Code::Quota, message)
     }
@@ -411,9 +427,9 @@ impl Engine {
     }
 
     /// Abandons a command in pieces, because its connection or the server ends.
-    pub(in crate::server) fn abandon(&mut self, verb: &'static str, mut pieces: Pieces) {
+    pub(in crate::server) fn abandon(&mut self, s: &mut Session, verb: &'static str, mut pieces: Pieces) {
         self.note_abandoned(verb);
-        self.stop_pieces(&mut pieces);
+        self.on_surface(s, verb, |engine, _| engine.stop_pieces(&mut pieces));
     }
 
     /// Ends what a command in pieces does beside the render thread.
@@ -440,6 +456,10 @@ mod tests {
         }
         engine.framebuffer.memory.take_damage();
         engine
+    }
+
+    fn rect_of_clip() -> Rect {
+        Rect { x: 100, y: 50, w: 501, h: 203 }
     }
 
     fn commands() -> Vec<Command> {
@@ -505,9 +525,11 @@ mod tests {
 
     #[test]
     fn a_command_in_pieces_is_the_command_in_one() {
-        for blend in [Blend::Replace, Blend::Over] {
+        let clip = Some(rect_of_clip());
+        for (blend, clip) in [(Blend::Replace, None), (Blend::Over, None), (Blend::Over, clip)] {
             for command in commands() {
                 let [mut whole, mut cut] = [(); 2].map(|()| (engine(), Session::new(1, Audience::Owner)));
+                (whole.1.surfaces.clip, cut.1.surfaces.clip) = (clip, clip);
                 (whole.1.blend, cut.1.blend) = (blend, blend);
                 let (mut want, mut got) = (Vec::new(), Vec::new());
                 let _ = whole.0.run(&mut whole.1, command.clone(), &mut want).unwrap();

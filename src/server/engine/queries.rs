@@ -5,7 +5,7 @@
 
 use super::job::{Job, JobResult};
 use super::{Call, Effect, Engine, Event, Progress};
-use crate::command::{Command, SnapTarget, help_text};
+use crate::command::{Command, SnapTarget, help_on, help_text};
 use crate::error::{Code, Fault};
 use crate::load::QuotaDir;
 use crate::memory::{MemoryBudget, MemoryError, MemoryUse, VideoMemory};
@@ -16,6 +16,11 @@ use crate::server::snapshot_names::is_own_name;
 impl Engine {
     pub(super) fn help(&self, call: &mut Call<'_>) {
         call.replies.extend_from_slice(help_text().as_bytes());
+    }
+
+    pub(super) fn help_on(&self, call: &mut Call<'_>, verb: String) -> Result<(), Fault> {
+        call.replies.extend_from_slice(help_on(&verb)?.as_bytes());
+        Ok(())
     }
 
     pub(super) fn hello(&self, call: &mut Call<'_>) {
@@ -55,7 +60,7 @@ impl Engine {
         let line = format!(
             "STATS {} {} queue={} connections={} width={} height={} names={} resource_bytes={} \
              shared_names={} shared_bytes={} memory_bytes={} depth_bytes={} id_bytes={} presents={} \
-             auto={} {outputs}snap_bytes={} {} plan={}\n",
+             auto={} {outputs}snap_bytes={} {} view={} plan={}\n",
             s.stats.words(""),
             totals.words("total_"),
             self.counters.queue_bytes,
@@ -73,6 +78,7 @@ impl Engine {
             if self.counters.frozen > 0 { "off" } else { "on" },
             status.snap_bytes,
             memory_words(&self.quotas.budget),
+            s.default_view.word(),
             self.rendering.plan,
         );
         call.replies.extend_from_slice(line.as_bytes());

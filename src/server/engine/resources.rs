@@ -17,6 +17,7 @@ use crate::memory::{MemoryUse, Reservation};
 use crate::scene::{Geometry, Mesh, Scene, Texture, shapes};
 use crate::server::Session;
 use crate::server::resources::{Eye, Resource, ResourceKind, ResourceTable};
+use crate::server::session::DefaultView;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -254,6 +255,7 @@ impl Engine {
         s.ambient = new.at_start.ambient;
         s.lights = new.at_start.lights.into_iter().map(Some).collect();
         s.own_lights.clear();
+        s.default_view = DefaultView::Own;
         s.has_own_camera = false;
         Ok(())
     }
@@ -351,7 +353,8 @@ impl Engine {
     }
 
     pub(super) fn free(&mut self, s: &mut Session, name: String) -> Result<(), Fault> {
-        if !self.resources.table_mut(s, &name).free(&name) {
+        let is_canvas = s.surfaces.free(&name);
+        if !self.resources.table_mut(s, &name).free(&name) && !is_canvas {
             return Err(Fault::new(Code::NoEnt, "nothing has this name").got(name));
         }
         if s.texture.as_ref().is_some_and(|(bound, _)| *bound == name) {

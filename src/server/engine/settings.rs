@@ -11,7 +11,9 @@ use crate::math::matrix;
 use crate::memory::DepthFormat;
 use crate::scene::{Cull, HiddenSurface, Interpolation, Material, ShadeMode};
 use crate::server::Session;
+use crate::server::session::DefaultView;
 use glam::{DMat4, DVec3, DVec4};
+use std::time::Duration;
 
 /// The connection.
 impl Engine {
@@ -21,6 +23,26 @@ impl Engine {
 
     pub(super) fn set_error_mode(&self, s: &mut Session, mode: ErrorMode) {
         s.error_mode = Some(mode);
+    }
+
+    /// Runs `SIZE w h`: whoever plays the file has made the frame of this size, or of another one
+    /// that was asked for.
+    pub(super) fn set_size(&self, s: &mut Session, _w: i32, _h: i32) -> Result<(), Fault> {
+        match self.takes_size && s.stats.commands == 1 {
+            true => Ok(()),
+            false => {
+                let message =
+                    "the size is set by the first command of a file that is played, and nowhere else";
+                Err(Fault::new(Code::Perm, message))
+            }
+        }
+    }
+
+    /// Runs `TITLE`: the observer that has a window shows it.
+    pub(super) fn set_title(&self, _: &mut Session, _text: String) {}
+
+    pub(super) fn pause(&self, _: &mut Session, seconds: f64) -> Effect {
+        Effect::Pause(Duration::from_secs_f64(seconds.clamp(0.0, 60.0)))
     }
 
     pub(super) fn sync(&self, call: &mut Call<'_>, tag: String) {
@@ -44,6 +66,7 @@ impl Engine {
 
     pub(super) fn set_ambient(&self, s: &mut Session, color: DVec3) {
         s.ambient = color;
+        s.default_view = DefaultView::Own;
     }
 
     pub(super) fn set_material(&self, s: &mut Session, material: Box<Material>) {

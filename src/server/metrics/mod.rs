@@ -134,5 +134,5 @@ impl Observer for VerbCounts {
 
 /// Returns the bytes of a connection's own resources.
 pub(super) fn resource_bytes(session: &Session) -> u64 {
-    session.names.size_bytes()
+    session.names.size_bytes() + session.surfaces.bytes()
 }

@@ -129,6 +129,21 @@ fn a_recording_of_two_connections_plays_to_the_same_memory_however_it_is_cut() {
 }
 
 #[test]
+fn surfaces_titles_and_pauses_are_recorded() {
+    let script = b"TITLE a title :3\nCANVAS c 20 10\nTARGET c\nCLEAR 00000000\nFILLCIRCLE 9 5 4 tomato\n\
+        CLIP 3 3 30 20\nPRINT 1 1 white clipped\nTARGET FRAME\nCLEAR navy\nSTAMP c 2 2 00000000\n\
+        TEXTSIZE 2\nPRINT 0 9 #ff0 x :9\nBEZIER 0 0 9 30 20 -9 39 29 3 lime\nPX 1 1 red\nPX 9 9 red\n";
+    let engine = || Engine::new(40, 30).unwrap();
+    let (want, totals, recording) = record(engine(), script, 7);
+    let (bytes, replayed, notices) = replay(engine(), &recording);
+    assert_eq!(notices, []);
+    assert!(bytes == want, "the replay's bytes");
+    assert_eq!(replayed.pixels, totals.pixels);
+    let text = String::from_utf8_lossy(&recording);
+    assert!(text.contains("TITLE a title :3") && text.contains("STAMP c 2 2 00000000"), "{text}");
+}
+
+#[test]
 fn a_broken_recording_is_refused_with_its_line() {
     let (mut engine, mut replay) = (Engine::new(4, 3).unwrap(), Replay::new());
     let mut out = Output::default();

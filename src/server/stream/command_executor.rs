@@ -234,6 +234,10 @@ impl<'a> CommandExecutor<'a> {
                 self.state = StreamState::Ended;
                 Flow::Stop
             }
+            Ok(Effect::Pause(time)) => {
+                self.state = StreamState::Pauses(time);
+                Flow::Pause
+            }
             Ok(Effect::WaitShown(frame)) => {
                 self.state = StreamState::WaitsFor(frame);
                 Flow::Pause

@@ -16,6 +16,7 @@ use crate::command::{
 };
 use crate::error::Fault;
 use command_executor::CommandExecutor;
+use std::time::Duration;
 
 /// A refused command, as it is reported to its owner.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -82,6 +83,8 @@ pub enum StreamState {
     Yields,
     /// It waits until this frame is shown, and is then sent `FRAME n`.
     WaitsFor(u64),
+    /// It pauses for this time where a window shows what was drawn, and can continue elsewhere.
+    Pauses(Duration),
     /// It waits for the job in [`Output`] and is resumed with the result.
     Works,
     /// It has begun a command that must be resumed before anything else runs.
@@ -222,7 +225,7 @@ impl Stream {
     /// Abandons the command that is in pieces, if there is one.
     pub(super) fn abandon(&mut self, engine: &mut Engine) {
         if let Some(Suspended { verb, pieces: Some(pieces), .. }) = self.suspended.take() {
-            engine.abandon(verb, *pieces);
+            engine.abandon(&mut self.session, verb, *pieces);
         }
     }
 

@@ -74,6 +74,8 @@ pub(super) struct Connection {
     pub last_slice: Duration,
     /// The number of the frame that it waits for.
     pub waits_for: Option<u64>,
+    /// End of the pause that it has asked for.
+    pub paused_until: Option<Instant>,
     /// The job that it waits for.
     job: Option<Ticket>,
     /// Set while it has begun a command that runs in pieces.
@@ -131,6 +133,7 @@ impl Connection {
             is_slow: false,
             last_slice: Duration::ZERO,
             waits_for: None,
+            paused_until: None,
             job: None,
             is_in_pieces: false,
             is_held: false,
@@ -151,6 +154,7 @@ impl Connection {
     /// whether it can run and has queued work without a pooled buffer.
     pub fn release_buffers(&mut self) -> bool {
         let is_parked = self.waits_for.is_some()
+            || self.paused_until.is_some()
             || self.job.is_some()
             || self.is_stalled
             || self.is_in_pieces
@@ -186,6 +190,7 @@ impl Connection {
     pub fn is_runnable(&self) -> bool {
         (self.has_mail || !self.work.is_empty())
             && self.waits_for.is_none()
+            && self.paused_until.is_none()
             && self.job.is_none()
             && !self.is_stalled
     }
@@ -209,7 +214,8 @@ impl Connection {
         let has_changed = std::mem::take(&mut self.activity.has_received)
             | (std::mem::replace(&mut self.activity.unread, unread) != unread);
         let is_working = self.job.is_some() || self.is_in_pieces || !(self.is_idle() || self.is_stalled);
-        let is_waiting = self.waits_for.is_some() || self.stream.session().events;
+        let is_paused = self.waits_for.is_some() || self.paused_until.is_some();
+        let is_waiting = is_paused || self.stream.session().events;
         if has_changed || is_working || is_waiting || !self.medium.is_socket() {
             self.activity.quiet_since = now;
         }
@@ -293,7 +299,9 @@ impl Connection {
                     self.work.push_front(Work::Resume(Resume::Pieces));
                     return StreamState::Yields;
                 }
-                StreamState::Yields | StreamState::Works | StreamState::Ended => return state,
+                StreamState::Pauses(_) | StreamState::Yields | StreamState::Works | StreamState::Ended => {
+                    return state;
+                }
             }
         }
         StreamState::Yields

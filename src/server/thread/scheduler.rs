@@ -48,6 +48,8 @@ pub(super) struct Scheduler {
     was_interactive: bool,
     /// Connections that wait for a frame to be shown.
     awaiting_frame: Vec<Id>,
+    /// Connections that pause for a time.
+    paused: Vec<Id>,
     /// The unfinished step of a paused display.
     step: Option<Step>,
     closing: Vec<ClosingConnection>,
@@ -98,6 +100,7 @@ impl Scheduler {
             interactive_queue: VecDeque::new(),
             was_interactive: false,
             awaiting_frame: Vec::new(),
+            paused: Vec::new(),
             step: None,
             closing: Vec::new(),
             buffers,
@@ -315,6 +318,7 @@ impl Scheduler {
             if matches!(state, StreamState::WaitsFor(_)) {
                 self.awaiting_frame.push(id);
             }
+            self.begin_pause(id, state, pace);
             self.with(id, |_| ());
         }
         if pace != Pace::Free {
@@ -327,6 +331,17 @@ impl Scheduler {
         };
         if self.step.as_ref().is_some_and(is_over) {
             self.step = None;
+        }
+    }
+
+    /// Makes a connection wait for the time that it has asked for. Without a window nobody sees the
+    /// pause, and a step is no place for one.
+    fn begin_pause(&mut self, id: Id, state: StreamState, pace: Pace) {
+        if let (StreamState::Pauses(time), Pace::Free, true) = (state, pace, self.display.is_some())
+            && let Some(connection) = self.connections.get_mut(&id)
+        {
+            connection.paused_until = Some(Instant::now() + time);
+            self.paused.push(id);
         }
     }
 

@@ -243,10 +243,21 @@ pub const PIPELINE: Edges = &[
 /// Imports between the parts of the server.
 pub const SERVER: Edges = &[
     ("resources", &["limits"]),
-    ("session", &["limits", "read_files", "resources", "stats"]),
+    ("surfaces", &["engine_frame", "limits"]),
+    ("session", &["limits", "read_files", "resources", "stats", "surfaces"]),
     (
         "engine",
-        &["budget", "limits", "read_files", "resources", "session", "snapshot_names", "stats", "workers"],
+        &[
+            "budget",
+            "engine_frame",
+            "limits",
+            "read_files",
+            "resources",
+            "session",
+            "snapshot_names",
+            "stats",
+            "workers",
+        ],
     ),
     // Observers of the engine, see `OBSERVERS`.
     ("display", &["engine", "events"]),

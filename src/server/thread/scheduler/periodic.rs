@@ -21,6 +21,7 @@ impl Scheduler {
         let now = Instant::now();
         self.engine.tick(now);
         self.answer_shown();
+        self.end_pauses(now);
         if !self.awaiting_job.is_empty() && self.jobs_until.is_none_or(|until| now >= until) {
             self.check_jobs(now);
         }
@@ -83,6 +84,17 @@ impl Scheduler {
         }
     }
 
+    /// Makes connections runnable whose pause is over.
+    fn end_pauses(&mut self, now: Instant) {
+        for id in std::mem::take(&mut self.paused) {
+            let Some(connection) = self.connections.get_mut(&id) else { continue };
+            match connection.paused_until {
+                Some(until) if now < until && self.display.is_some() => self.paused.push(id),
+                _ => self.with(id, |c| c.paused_until = None),
+            }
+        }
+    }
+
     /// Returns the time of the next metrics update: soon if something has happened, and every few
     /// seconds in any case, so that old metrics mean a busy thread.
     fn metrics_due_at(&self) -> Instant {
@@ -119,6 +131,8 @@ impl Scheduler {
         if !self.awaiting_job.is_empty() {
             self.jobs_until.into_iter().for_each(&mut at);
         }
+        let paused = self.paused.iter().filter_map(|id| self.connections.get(id)?.paused_until);
+        paused.for_each(&mut at);
         if !self.closing.is_empty() {
             at(Instant::now() + Duration::from_millis(100));
         }

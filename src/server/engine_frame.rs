@@ -52,9 +52,9 @@ struct IdNames {
 }
 
 impl EngineFrame {
-    /// Creates a cleared frame.
-    pub fn new(width: u32, height: u32, budget: &MemoryBudget) -> Result<Self, Fault> {
-        let empty = || budget.empty(MemoryUse::Frame);
+    /// Creates a cleared frame, whose memory is counted as of this use.
+    pub fn new(width: u32, height: u32, budget: &MemoryBudget, of_use: MemoryUse) -> Result<Self, Fault> {
+        let empty = || budget.empty(of_use);
         let mut frame_held = empty();
         frame_held.try_grow(u64::from(width) * u64::from(height) * 4)?;
         Ok(EngineFrame {
@@ -68,6 +68,11 @@ impl EngineFrame {
             ids_held: empty(),
             names_held: budget.empty(MemoryUse::Resources),
         })
+    }
+
+    /// Returns the number of bytes reserved for pixels, depths and pick buffer.
+    pub fn held_bytes(&self) -> u64 {
+        self.frame_held.bytes() + self.depth_held.bytes() + self.ids_held.bytes()
     }
 
     /// Returns the width in pixels.

@@ -1,0 +1,130 @@
+//! Requests on the surface of their connection: the target in place of the frame, and the clip
+//! rectangle on its memory.
+//!
+//! In: a part of a request, and the reach of its verb. Out: the same part, run with the frame or
+//! the canvas as the engine's framebuffer, whose memory lets drawing touch the clip rectangle alone.
+//! The reach stands in the verb table, so no verb can be forgotten; the memory bounds what drawing
+//! touches, so no figure can pass by. Whoever reads the engine's frame otherwise, observers above
+//! all, does it outside of these parts, where the frame is whole and in its place.
+//!
+//! One would know of an error by a pixel outside a clip rectangle, or on the frame while a canvas is
+//! the target: `tests/drawing/surfaces.rs` draws with every verb of the table.
+
+use super::{Engine, Fault, Progress, Request};
+use crate::command::{Command, Reach, Verb};
+use crate::draw2d::{self, Rect};
+use crate::error::Code;
+use crate::memory::{MemoryUse, Rgba};
+use crate::server::Session;
+
+/// Returns the reach of a verb.
+fn reach_of(verb: &str) -> Reach {
+    Verb::named(verb).map_or(Reach::Connection, |verb| verb.reach)
+}
+
+impl Engine {
+    /// Runs a part of a request of this verb on its connection's surface. Costs one comparison while
+    /// neither a canvas is the target nor a clip rectangle is set.
+    #[inline]
+    pub(super) fn on_surface<T>(
+        &mut self,
+        s: &mut Session,
+        verb: &str,
+        part: impl FnOnce(&mut Engine, &mut Session) -> T,
+    ) -> T {
+        match s.surfaces.are_plain() {
+            true => part(self, s),
+            false => self.on_other_surface(s, reach_of(verb), part),
+        }
+    }
+
+    /// Runs a part of a request on the target, within the clip rectangle, as far as its reach says.
+    /// The part does not panic.
+    #[inline(never)]
+    fn on_other_surface<T>(
+        &mut self,
+        s: &mut Session,
+        reach: Reach,
+        part: impl FnOnce(&mut Engine, &mut Session) -> T,
+    ) -> T {
+        if reach == Reach::Connection {
+            return part(self, s);
+        }
+        s.surfaces.swap_target(&mut self.framebuffer);
+        if let (Reach::Clip, Some(Rect { x, y, w, h })) = (reach, s.surfaces.clip) {
+            let side = |start: i32, length: i32| {
+                let end = (i64::from(start) + i64::from(length)).max(0);
+                start.max(0) as u32..end.min(i64::from(u32::MAX)) as u32
+            };
+            self.framebuffer.memory.set_clip(side(x, w), side(y, h));
+        }
+        let result = part(self, s);
+        self.framebuffer.memory.end_clip();
+        s.surfaces.swap_target(&mut self.framebuffer);
+        result
+    }
+
+    /// Clears the part of a canvas that a command was drawing in when it was given up, for a
+    /// recording, too: what it has drawn is not known to a replay.
+    pub(super) fn reset_canvas(&mut self, s: &mut Session) {
+        let color = [0; 4];
+        self.on_surface(s, "CLEAR", |engine, s| engine.clear(s, color));
+        self.send_begin(s, &Request::Command(Command::Clear { color }));
+        self.send_end(s, true, &[]);
+    }
+
+    pub(super) fn set_clip(&mut self, s: &mut Session, rect: Option<Rect>) {
+        s.surfaces.clip = rect;
+    }
+
+    pub(super) fn make_canvas(&mut self, s: &mut Session, name: String, w: i32, h: i32) -> Result<(), Fault> {
+        let size = [w, h].map(|side| u32::try_from(side).unwrap_or(0));
+        let resource_bytes = s.names.size_bytes();
+        let mut make = |engine: &Engine, name: String| {
+            let (limits, budget) = (&engine.quotas.limits, &engine.quotas.budget);
+            s.surfaces.make(name, size, resource_bytes, limits, budget)
+        };
+        match make(self, name.clone()) {
+            Err(fault) if fault.code == Code::Quota => {
+                self.free_caches();
+                make(self, name)
+            }
+            made => made,
+        }
+    }
+
+    pub(super) fn set_target(&mut self, s: &mut Session, name: Option<String>) -> Result<(), Fault> {
+        s.surfaces.set_target(name)
+    }
+
+    /// Runs `STAMP`: draws a canvas on the target as `BLEND` says, without its pixels of the key's
+    /// colour. A canvas stamped on itself is read before it is written.
+    pub(super) fn stamp(
+        &mut self,
+        s: &mut Session,
+        name: String,
+        x: i32,
+        y: i32,
+        key: Option<Rgba>,
+    ) -> Result<Progress, Fault> {
+        let mut held = self.quotas.budget.empty(MemoryUse::Draws);
+        let mut own = None;
+        if s.surfaces.is_target(&name) {
+            let bytes = self.framebuffer.memory.bytes().len() as u64;
+            self.with_room(|_| held.try_cover(bytes))?;
+            own = Some(self.framebuffer.memory.bytes().to_vec());
+        }
+        let memory = &mut self.framebuffer.memory;
+        let (size, bytes) = match (&own, s.surfaces.canvas(&name)) {
+            (Some(bytes), _) => ([memory.width(), memory.height()], &bytes[..]),
+            (None, Some(canvas)) => ([canvas.width(), canvas.height()], canvas.bytes()),
+            (None, None) => return Err(Fault::new(Code::NoEnt, "no canvas has this name").got(name)),
+        };
+        let [w, h] = size.map(|side| side as i32);
+        let rect = Rect { x, y, w, h };
+        draw2d::stamp(memory, rect, bytes, key, s.blend)?;
+        let stored = self.framebuffer.visible(rect);
+        s.count_pixels(w as usize * h as usize, stored);
+        Ok(Progress::Done(super::Effect::Done))
+    }
+}
