@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
 """Times `fbptr run` under a program that writes whole frames: the processor time of fbptr alone, and frames a second.
 
-    benches/framebuffer.py target/release/fbptr [--size 1920x1080] [--seconds 10] [--formats bgrx,rgba,rgb565] [--window]
+    benches/framebuffer.py target/release/fbptr [--size 1920x1080] [--seconds 10] [--formats bgrx,rgba,rgb565]
+                           [--window [--crt] [--screen FILE]]
 
 The program, compiled here with cc, writes every byte of the frame at each vertical blank: the same bytes (no row
 changes), or another colour (all rows change). Its own time does not count. A frame counts where it differs from the one
-before, by `--after`. With --window, frames are shown in a window of the display that DISPLAY names.
+before, by `--after`. With --window, frames are shown in a window of the display that DISPLAY names, with --crt with
+the look of a tube; --screen, the file that `Xvfb -fbdir` writes, counts the frames that arrive on that screen.
 """
 
 import argparse
+import mmap
 import os
 import subprocess
 import tempfile
@@ -51,7 +54,20 @@ def start(options, more, writer, mode):
     """Starts a run."""
     command = [options.fbptr, "run", "--size", options.size, *more]
     command += [] if options.window else ["--headless"]
+    command += ["--crt"] if options.crt else []
     return subprocess.Popen([*command, "--", writer, mode], stderr=subprocess.DEVNULL)
+
+
+def shown(path, seconds):
+    """Returns how many frames a second arrive on the screen: changes of the pixel in its middle."""
+    with open(path, "rb") as file, mmap.mmap(file.fileno(), 0, prot=mmap.PROT_READ) as screen:
+        at, changes, last = len(screen) // 8 * 4, 0, b""
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            now = screen[at : at + 4]
+            changes, last = changes + (now != last), now
+            time.sleep(0.001)
+    return (changes - 1) / seconds
 
 
 def main():
@@ -62,11 +78,13 @@ def main():
     parser.add_argument("--seconds", type=float, default=10)
     parser.add_argument("--formats", default="bgrx,rgba,rgb565")
     parser.add_argument("--window", action="store_true")
+    parser.add_argument("--crt", action="store_true")
+    parser.add_argument("--screen")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         writer = os.path.join(folder, "writer")
         subprocess.run(["cc", "-O2", "-x", "c", "-", "-o", writer], input=WRITER, text=True, check=True)
-        print("| format | rows that change | one core | frames a second |\n|---|---|---:|---:|")
+        print("| format | rows that change | one core | frames a second | shown a second |\n|---|---|---:|---:|---:|")
         for pixels in options.formats.split(","):
             for mode in ("none", "all"):
                 run = start(options, ["--format", pixels], writer, mode)
@@ -74,6 +92,7 @@ def main():
                 begun, before = time.monotonic(), seconds_of(run.pid)
                 time.sleep(options.seconds)
                 share = (seconds_of(run.pid) - before) / (time.monotonic() - begun)
+                on_screen = f"{shown(options.screen, options.seconds):.1f}" if options.screen and mode == "all" else "-"
                 run.terminate()
                 run.wait()
                 rate = "-"
@@ -82,7 +101,7 @@ def main():
                     begun = time.monotonic()
                     start(options, ["--format", pixels, "--after", str(frames)], writer, mode).wait()
                     rate = f"{frames / (time.monotonic() - begun):.1f}"
-                print(f"| {pixels} | {mode} | {share:.0%} | {rate} |", flush=True)
+                print(f"| {pixels} | {mode} | {share:.0%} | {rate} | {on_screen} |", flush=True)
 
 
 if __name__ == "__main__":
