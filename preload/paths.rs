@@ -142,6 +142,21 @@ fn link_of(folder: c_int, path: &PathText) -> Option<PathText> {
     Some(target)
 }
 
+/// Returns an absolute path without `..`, if it has any: the system does not know the folders of the
+/// device's own that it may lead through.
+///
+/// # Safety
+/// `path` is null or a C string.
+pub unsafe fn without_detours(path: *const c_char) -> Option<PathText> {
+    if path.is_null() || device().is_none() {
+        return None;
+    }
+    // SAFETY: it is a C string, says the caller.
+    let bytes = unsafe { CStr::from_ptr(path) }.to_bytes();
+    let is_detour = bytes.first() == Some(&b'/') && bytes.split(|b| *b == b'/').any(|name| name == b"..");
+    (is_detour && bytes.len() < ROOM).then(|| normalized(bytes))
+}
+
 /// Returns the path without empty names, `.` and `..`. It begins with a slash.
 fn normalized(path: &[u8]) -> PathText {
     let mut plain = PathText::new();

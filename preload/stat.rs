@@ -5,7 +5,7 @@ use crate::abi::{self, Stat, Statx, device_number, fail, next};
 use crate::device::{Device, device, status};
 use crate::folders::{self, FOLDERS};
 use crate::open::input_of;
-use crate::paths::{FRAMEBUFFER_MAJOR, INPUT_MAJOR, INPUTS, Place, place};
+use crate::paths::{FRAMEBUFFER_MAJOR, INPUT_MAJOR, INPUTS, Place, place, without_detours};
 use crate::sysfs::FILES;
 use core::ffi::{c_char, c_int, c_uint};
 
@@ -128,8 +128,16 @@ unsafe fn status_of_path(folder: c_int, path: *const c_char, status: *mut Stat, 
         // SAFETY: as above.
         return unsafe { status_of_fd(folder, status) };
     }
-    // SAFETY: the arguments are the caller's.
-    unsafe { next_fstatat(folder, path, status, flags) }
+    // SAFETY: the arguments are the caller's; the other path is a C string.
+    unsafe {
+        match next_fstatat(folder, path, status, flags) {
+            -1 if abi::errno() == abi::ENOENT => match without_detours(path) {
+                Some(path) => next_fstatat(folder, path.as_ptr(), status, flags),
+                None => fail(abi::ENOENT),
+            },
+            result => result,
+        }
+    }
 }
 
 unsafe fn status_of_fd(fd: c_int, status: *mut Stat) -> c_int {
@@ -232,8 +240,16 @@ pub unsafe extern "C" fn statx(
         return 0;
     }
     let Some(next) = next!("statx", as Next) else { return fail(abi::ENOSYS) };
-    // SAFETY: the arguments are the caller's.
-    let result = unsafe { next(folder, path, flags, mask, extended) };
+    // SAFETY: the arguments are the caller's; the other path is a C string.
+    let result = unsafe {
+        match next(folder, path, flags, mask, extended) {
+            -1 if abi::errno() == abi::ENOENT => match without_detours(path) {
+                Some(path) => next(folder, path.as_ptr(), flags, mask, extended),
+                None => fail(abi::ENOENT),
+            },
+            result => result,
+        }
+    };
     // SAFETY: a path that is not null is a C string.
     let is_fd = flags & abi::AT_EMPTY_PATH != 0 && (path.is_null() || unsafe { *path } == 0);
     if result == 0

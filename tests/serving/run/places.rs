@@ -27,6 +27,7 @@ fn a_shell_lists_the_device_and_goes_into_its_folders() {
         cat /sys/class/graphics/fb*/virtual_size
         echo /dev/fb* /dev/input/*
         for file in *; do test -r $file || echo no $file; done
+        ls -la /dev/input > /dev/null || echo no list
         ls -d /dev/fb0; test -c /dev/fb0 && test -d /dev/input && test -w pan && echo well
         mkdir /dev/fb0 2>/dev/null || echo no folder";
     let expected = "256\n32\n/sys/class/graphics/fb0\n64,48\n\
