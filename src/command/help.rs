@@ -1,7 +1,7 @@
 //! The HELP text, generated from the verb table.
 
 use super::suggest::nearest_verb;
-use super::verb::{Encoding, Group, Reach, Verb};
+use super::verb::{Group, Reach, Verb};
 use crate::error::{Code, Fault};
 use std::fmt::Write;
 
@@ -25,8 +25,8 @@ pub fn help_text() -> String {
 }
 
 /// Returns the reply to `HELP verb`: the verb's forms, what of `TARGET` and `CLIP` it obeys, and an
-/// example, whose payload follows on lines of its own. Bytes of a binary verb are written as in a
-/// string of Rust. The name may be in either case.
+/// example, whose payload follows on lines of its own. Bytes that are no text are written as `\xNN`.
+/// The name may be in either case.
 ///
 /// # Errors
 /// `EVERB` if there is no such verb, with the nearest one.
@@ -41,12 +41,11 @@ pub fn help_on(name: &str) -> Result<String, Fault> {
         Reach::Target => "It obeys TARGET.\n",
         Reach::Clip => "It obeys TARGET and CLIP.\n",
     };
-    let example = match verb.encoding {
-        Encoding::Binary => verb.example.escape_debug().to_string(),
-        Encoding::Text => verb.example.to_owned(),
+    let is_plain = verb.example.chars().all(|c| c == '\n' || (' '..='~').contains(&c));
+    let example = match is_plain {
+        true => verb.example.to_owned(),
+        false => verb.example.as_bytes().escape_ascii().to_string(),
     };
-    let is_plain = example.chars().all(|c| c == '\n' || (' '..='~').contains(&c));
-    let example = if is_plain { example } else { example.escape_debug().to_string() };
     Ok(format!("{}{reach}Example:\n{example}\n", forms.collect::<String>()))
 }
 

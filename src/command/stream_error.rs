@@ -152,7 +152,8 @@ pub fn format_play_fault(file: &str, place: StreamPosition, verb: &str, fault: &
 
 /// Appends a suggestion to the message about an unknown verb, if one verb is near.
 fn with_suggestion<'a>(code: Code, verb: &str, message: &'a str) -> Cow<'a, str> {
-    let near = if code == Code::Verb { nearest_verb(verb) } else { None };
+    // A known verb may refuse a name of a verb, as `HELP` does.
+    let near = if code == Code::Verb { nearest_verb(verb) } else { None }.filter(|near| *near != verb);
     near.map_or(Cow::Borrowed(message), |near| Cow::Owned(format!("{message} (did you mean {near}?)")))
 }
 

@@ -1,8 +1,8 @@
 //! Ellipses about any real point, filled and as outlines, with exact coverage.
 //!
-//! The exact answer: pixel (i,j) is inside when (i + 1/2 - cx)^2 / rx^2 + (j + 1/2 - cy)^2 / ry^2 <
-//! 1. Multiplied by rx^2 ry^2 it is a comparison of integers times a power of two; it is made in
-//! f64 wherever rounding cannot change the result. An ellipse with two equal radii is the disc of
+//! The exact answer: pixel (i,j) is inside when ((i + 1/2 - cx) / rx)^2 + ((j + 1/2 - cy) / ry)^2 is
+//! below one. Multiplied by rx^2 ry^2 it is a comparison of integers times a power of two; it is made
+//! in f64 wherever rounding cannot change the result. An ellipse with two equal radii is the disc of
 //! [`fill_circle`](super::fill_circle). The outline is the rim of the filled ellipse: its pixels
 //! that have a neighbour to the left, to the right, above or below that is not inside.
 

@@ -38,20 +38,20 @@ pub(super) enum FileAccess {
 }
 
 /// View of a connection that sets neither camera nor light.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) enum DefaultView {
     /// The next mesh is framed.
     #[default]
     Unset,
     /// A mesh was framed by this camera, and `CLEAR` has not ended that.
-    Framed(Camera),
+    Framed(Box<Camera>),
     /// The connection has a view of its own.
     Own,
 }
 
 impl DefaultView {
     /// Returns the word of `STATS`.
-    pub fn word(self) -> &'static str {
+    pub fn word(&self) -> &'static str {
         match self {
             DefaultView::Unset => "unset",
             DefaultView::Framed(_) => "default",

@@ -23,11 +23,11 @@ const AMBIENT: DVec3 = DVec3::splat(0.2);
 /// Returns the camera, the light and the ambient light for a mesh, if the connection has set none
 /// of them.
 pub(super) fn of(s: &mut Session, mesh: &Mesh) -> Option<(Camera, Light, DVec3)> {
-    let camera = match s.default_view {
-        DefaultView::Framed(camera) => camera,
+    let camera = match &s.default_view {
+        DefaultView::Framed(camera) => **camera,
         DefaultView::Unset => {
             let camera = frame(mesh)?;
-            s.default_view = DefaultView::Framed(camera);
+            s.default_view = DefaultView::Framed(Box::new(camera));
             camera
         }
         DefaultView::Own => return None,
