@@ -4,7 +4,7 @@
 //! unsupported format; `None` for everything else, which is classified by name. Otherwise a binary
 //! file would be refused line by line.
 
-use crate::load::MeshFormat;
+use crate::load::{MeshFormat, gltf};
 use std::fmt;
 use std::fs::File;
 use std::io::{self, Read};
@@ -18,6 +18,8 @@ const FIRST_BYTES: u64 = 64 << 10;
 pub(super) enum Content {
     /// X3D in XML, plain or compressed.
     X3d,
+    /// glTF 2.0, as JSON or binary.
+    Gltf,
     /// A mesh of a format that its bytes tell.
     Mesh(MeshFormat),
     /// An unsupported format, described in words.
@@ -29,6 +31,7 @@ impl fmt::Display for Content {
         let what = match self {
             Content::Other(what) => return f.write_str(what),
             Content::X3d => "an X3D scene",
+            Content::Gltf => "a glTF scene",
             Content::Mesh(MeshFormat::Obj) => "an OBJ model",
             Content::Mesh(MeshFormat::Stl) => "an STL model",
             Content::Mesh(MeshFormat::Ply) => "a PLY model",
@@ -49,7 +52,6 @@ const BEGINNINGS: &[(&[u8], &str)] = &[
     (b"v/1\x01", "an OpenEXR picture"),
     (b"#?RADIANCE", "a Radiance picture"),
     (b"qoif", "a QOI picture"),
-    (b"glTF", "a binary glTF model"),
     (b"Kaydara FBX Binary", "an FBX model"),
     (b"; FBX", "an FBX model"),
     (b"BLENDER", "a Blender file"),
@@ -104,9 +106,11 @@ fn of_bytes(first: &[u8], length: u64) -> Option<Content> {
         [b'B', b'M', _, _, _, _, 0, 0, 0, 0, ..] => Some("a BMP picture"),
         [b'P', b'1'..=b'7', b' ' | b'\n' | b'\r' | b'\t', ..] => Some("a PNM picture"),
         [_, _, _, _, b'f', b't', b'y', b'p', ..] => Some("a film or a HEIF picture"),
-        _ if is_gltf(first) => Some("a glTF model"),
         _ => None,
     };
+    if first.starts_with(gltf::MAGIC) || is_gltf(first) {
+        return Some(Content::Gltf);
+    }
     let mesh = || MeshFormat::recognize(first, length).map(Content::Mesh);
     what.map(Content::Other).or_else(|| of_xml(first)).or_else(mesh)
 }
@@ -147,14 +151,19 @@ mod tests {
         for (bytes, what) in [
             (&b"\x89PNG\r\n\x1a\n\0\0"[..], "a PNG picture"),
             (b"\xff\xd8\xff\xe0", "a JPEG picture"),
-            (b"glTF\x02\0\0\0", "a binary glTF model"),
-            (b" {\n \"asset\": {\"version\": \"2.0\"}}", "a glTF model"),
             (b"P6 1 1 255\nabc", "a PNM picture"),
             (b"BM\x46\0\0\0\0\0\0\0", "a BMP picture"),
             (b"<?xml version='1.0'?>\n<COLLADA>", "a COLLADA model"),
             (b"#VRML V2.0 utf8", "a VRML scene"),
         ] {
             assert_eq!(of(bytes), Some(Content::Other(what)));
+        }
+    }
+
+    #[test]
+    fn gltf_is_known_by_its_magic_number_and_its_keys() {
+        for bytes in [&b"glTF\x02\0\0\0"[..], b" {\n \"asset\": {\"version\": \"2.0\"}}"] {
+            assert_eq!(of(bytes), Some(Content::Gltf));
         }
     }
 

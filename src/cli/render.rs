@@ -12,7 +12,7 @@ use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
 use crate::pipeline::quality::{Budget, BudgetKind, choose};
 use crate::pipeline::{DepthUse, Renderer, SceneOptions, Target};
 use crate::save::{self, Movie, MovieFormat, SaveError};
-use crate::scene::{FRAME_FOV_RAD, Scene, ShadeMode, frame_along};
+use crate::scene::{FRAME_FOV_RAD, Scene, ShadeMode, TransparencyOrder, frame_along};
 use crate::server::Limits;
 use clap::Args;
 use glam::{DMat4, DVec3, DVec4};
@@ -22,7 +22,7 @@ use std::sync::Arc;
 /// Render a scene file.
 #[derive(Debug, Args)]
 pub struct Render {
-    /// The scene: .x3d, .x3dz, .obj, .stl, .ply, or .json for N dimensions
+    /// The scene: .gltf, .glb, .x3d, .x3dz, .obj, .stl, .ply, or .json for N dimensions
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
     /// The picture: .png, .ppm or .raw; with --frames a movie too: .gif, .apng, .y4m, or - for y4m on standard output
@@ -143,6 +143,11 @@ impl Render {
         let mut renderer = self.drawing.renderer();
         let mut output = self.output([size.width, size.height])?;
         let frames = self.frames.unwrap_or(1);
+        let transparency = match &file {
+            // Files of this format have no order that counts.
+            SceneFile::Gltf(_) => TransparencyOrder::Sorted,
+            _ => TransparencyOrder::default(),
+        };
         let is_turntable = frames > 1 && !is_animated(&file);
         if is_turntable {
             let scene = self.scene.display();
@@ -156,11 +161,15 @@ impl Render {
             let mut scene = self.scene_at(&file, time, size);
             self.meshes.apply_cull(&mut scene);
             if is_turntable {
-                let has_camera = matches!(&file, SceneFile::X3d(document) if document.has_viewpoint());
+                let has_camera = match &file {
+                    SceneFile::X3d(document) => document.has_viewpoint(),
+                    SceneFile::Gltf(document) => document.has_camera(),
+                    SceneFile::Mesh { .. } | SceneFile::Eye(_) => false,
+                };
                 turn(&mut scene, f64::from(i) / f64::from(frames), (!has_camera).then_some(size));
             }
             self.set_planes(&mut scene)?;
-            let plan = self.draw(&mut renderer, &scene, size, &mut output)?;
+            let plan = self.draw(&mut renderer, &scene, transparency, &mut output)?;
             if !plans.ends_with(&plan) {
                 plans.push_str(&plan);
             }
@@ -173,11 +182,12 @@ impl Render {
 
     /// Returns the scene at a time; a mesh is framed for pictures of `size`.
     fn scene_at(&self, file: &SceneFile, time: f64, size: FrameSize) -> Scene {
+        let aspect = f64::from(size.width) / f64::from(size.height);
         match file {
             SceneFile::X3d(document) => document.at(time),
+            SceneFile::Gltf(document) => document.at(time, aspect),
             SceneFile::Mesh { geometry, is_open } => {
                 let name = self.scene.file_stem().map(|n| n.to_string_lossy()).unwrap_or_default();
-                let aspect = f64::from(size.width) / f64::from(size.height);
                 Scene::of_mesh(Arc::clone(geometry), &name, aspect, *is_open)
             }
             SceneFile::Eye(_) => Scene::default(),
@@ -198,10 +208,11 @@ impl Render {
         &self,
         renderer: &mut Renderer,
         scene: &Scene,
-        size: FrameSize,
+        transparency: TransparencyOrder,
         output: &mut Output,
     ) -> Result<String, SceneError> {
         let refused = |message: String| SceneError::Refused(message);
+        let size = self.size.unwrap_or(FrameSize::DEFAULT);
         let mut memory = VideoMemory::new(size.width, size.height).map_err(|e| refused(e.to_string()))?;
         if self.background != VideoMemory::CLEAR {
             memory.clear(self.background);
@@ -210,6 +221,7 @@ impl Render {
         let mut options = SceneOptions {
             shade: self.shade.unwrap_or_default(),
             depth_use: if self.depth_out.is_some() { DepthUse::Keep } else { DepthUse::SceneOnly },
+            transparency,
             ..SceneOptions::new(size.width, size.height)
         };
         let mut cheaper = None;
@@ -327,7 +339,11 @@ impl Render {
 }
 
 fn is_animated(file: &SceneFile) -> bool {
-    matches!(file, SceneFile::X3d(document) if document.is_animated())
+    match file {
+        SceneFile::X3d(document) => document.is_animated(),
+        SceneFile::Gltf(document) => document.is_animated(),
+        SceneFile::Mesh { .. } | SceneFile::Eye(_) => false,
+    }
 }
 
 /// Rotates all objects about the scene's middle, by a fraction of a full turn about y. The camera

@@ -1,10 +1,11 @@
-//! Scene files: an X3D document, a mesh or an N-dimensional scene, read with everything that
+//! Scene files: an X3D or glTF document, a mesh or an N-dimensional scene, read with everything that
 //! they refer to.
 
 use super::magic::{self, Content};
 use super::mesh_args::MeshArgs;
 use super::{Status, say_as_program};
 use crate::eye::EyeScene;
+use crate::load::gltf::GltfDocument;
 use crate::load::x3d::X3dDocument;
 use crate::load::{self, LoadContext, LoadError, LoadMemory, MeshFormat, SandboxDir, path_inside};
 use crate::scene::Geometry;
@@ -15,6 +16,7 @@ use std::time::SystemTime;
 /// The contents of a scene file.
 pub(super) enum SceneFile {
     X3d(Box<X3dDocument>),
+    Gltf(Box<GltfDocument>),
     Mesh {
         geometry: Arc<Geometry>,
         /// True if the back faces can be seen.
@@ -89,9 +91,9 @@ impl Watch {
 }
 
 /// Extensions of scene files.
-const ENDINGS: [&str; 6] = ["x3d", "x3dz", "obj", "stl", "ply", "json"];
+const ENDINGS: [&str; 8] = ["x3d", "x3dz", "gltf", "glb", "obj", "stl", "ply", "json"];
 /// The same, for messages.
-const EXPECTED: &str = "a scene: .x3d, .x3dz, .obj, .stl, .ply or .json";
+const EXPECTED: &str = "a scene: .x3d, .x3dz, .gltf, .glb, .obj, .stl, .ply or .json";
 
 /// Options of reading a scene file.
 #[derive(Clone, Copy)]
@@ -113,7 +115,7 @@ fn ending(path: &Path) -> String {
 pub(super) fn is_scene(path: &Path) -> Result<bool, SceneError> {
     let no_file = |e: std::io::Error| SceneError::NoFile(format!("{}: {e}", path.display()));
     match magic::of_path(path).map_err(no_file)? {
-        Some(Content::X3d | Content::Mesh(_)) => Ok(true),
+        Some(Content::X3d | Content::Gltf | Content::Mesh(_)) => Ok(true),
         Some(Content::Other(what)) => Err(SceneError::NoFile(format!(
             "{}: {what}; expected {EXPECTED}; or a stream of commands",
             path.display()
@@ -170,6 +172,7 @@ fn read_bytes(path: &Path, meshes: &MeshArgs) -> Result<(String, Vec<u8>), Scene
     let no_file = |e: std::io::Error| SceneError::NoFile(format!("{name}: {e}"));
     let ending = match magic::of_path(path).map_err(no_file)? {
         Some(Content::X3d) => "x3d".to_owned(),
+        Some(Content::Gltf) => "gltf".to_owned(),
         Some(Content::Mesh(MeshFormat::Stl)) => "stl".to_owned(),
         Some(Content::Mesh(MeshFormat::Ply)) => "ply".to_owned(),
         Some(Content::Mesh(MeshFormat::Obj)) => "obj".to_owned(),
@@ -226,6 +229,16 @@ pub(super) fn read_watched(
                 say_as_program(format_args!("--root DIR lets {name} read files above its own folder"));
             }
             Ok(SceneFile::X3d(Box::new(document)))
+        }
+        "gltf" | "glb" => {
+            let memory = &mut LoadMemory::unlimited();
+            let context = LoadContext { folder: &root.own, opener: &mut inside, memory };
+            let document = load::gltf::parse_in(&bytes, &name, context).map_err(refused)?;
+            document.warnings().iter().for_each(say_as_program);
+            if document.names_outside() && !has_root {
+                say_as_program(format_args!("--root DIR lets {name} read files above its own folder"));
+            }
+            Ok(SceneFile::Gltf(Box::new(document)))
         }
         "obj" | "stl" | "ply" => {
             let mut beside = |name: &str| inside(&path_inside(&root.own, name)?);

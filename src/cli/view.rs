@@ -16,8 +16,8 @@ use std::sync::Arc;
 /// Look at a mesh, a scene or a stream from everywhere.
 #[derive(Debug, Args)]
 pub struct ViewArgs {
-    /// What to look at: .obj, .stl, .ply, .x3d, .x3dz, .json for N dimensions, anything else is a
-    /// stream of commands
+    /// What to look at: .gltf, .glb, .x3d, .x3dz, .obj, .stl, .ply, .json for N dimensions, anything
+    /// else is a stream of commands
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// The frame's size [default: 640x480, or what fits an N-dimensional screen]
@@ -154,6 +154,7 @@ impl ViewArgs {
             return Ok(match scene_file::read_watched(&self.file, options, watch)? {
                 SceneFile::Mesh { geometry, is_open } => Model::Mesh { geometry, is_open },
                 SceneFile::X3d(document) => Model::X3d(document),
+                SceneFile::Gltf(document) => Model::Gltf(document),
                 SceneFile::Eye(scene) => Model::Eye(scene),
             });
         }

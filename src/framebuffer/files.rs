@@ -1,6 +1,8 @@
 //! Files: meshes in, pictures out, and the comparison with golden pictures.
 
 use super::Framebuffer;
+#[cfg(feature = "formats")]
+use crate::load::gltf::GltfDocument;
 use crate::load::{
     self, FilePosition, LoadError, LoadErrorKind, LoadMemory, MeshFormat, SandboxDir, Smoothing, path_inside,
 };
@@ -58,6 +60,17 @@ impl Framebuffer {
     pub fn load_obj(&self, path: impl AsRef<Path>) -> Result<Arc<Geometry>, LoadError> {
         let (name, bytes, mut beside) = open(path.as_ref())?;
         load::obj::parse(&bytes, &mut beside, &name).map(|loaded| Arc::new(loaded.geometry))
+    }
+
+    /// Reads a glTF file (`.gltf` or `.glb`) with the buffers and pictures that it names in its own
+    /// folder; [`GltfDocument::at`] gives the scene for [`Framebuffer::draw_scene`].
+    ///
+    /// # Errors
+    /// If the file cannot be read, or has an error.
+    #[cfg(feature = "formats")]
+    pub fn load_gltf(&self, path: impl AsRef<Path>) -> Result<GltfDocument, LoadError> {
+        let (name, bytes, mut beside) = open(path.as_ref())?;
+        load::gltf::parse(&bytes, &name, &mut beside)
     }
 
     /// Writes the frame to a file, in the format of its name's ending: `.png`, `.ppm` or `.raw`.

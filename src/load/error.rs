@@ -187,6 +187,14 @@ impl fmt::Display for LoadWarning {
     }
 }
 
+/// Returns the beginning of a text from a file or of a decoder's message, as one line.
+#[cfg(feature = "formats")]
+pub(super) fn short(text: &str) -> String {
+    const MOST: usize = 160;
+    let line = text.chars().map(|c| if c.is_control() { ' ' } else { c });
+    line.take(MOST).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,4 +1,4 @@
-//! File loading: OBJ, MTL, STL, PLY, X3D and pictures to scene data.
+//! File loading: OBJ, MTL, STL, PLY, glTF, X3D and pictures to scene data.
 //!
 //! In: the bytes of a file, its name for messages, and a function that returns the files it refers
 //! to. Out: scene data in object space, or a [`LoadError`] with file, line and reason; a
@@ -7,10 +7,13 @@
 
 mod context;
 mod error;
+#[cfg(feature = "formats")]
+pub mod gltf;
 mod gzip;
 mod memory;
 mod mesh;
 pub mod obj;
+mod physical;
 #[cfg(feature = "formats")]
 pub mod ply;
 mod polled;

@@ -15,6 +15,7 @@
 //! Source: 3D Systems, StereoLithography Interface Specification, 1989 (as reprinted in M. Burns,
 //! Automated Fabrication, section 6.5).
 
+use super::error::short;
 use super::mesh::{LoadedMesh, PolygonSizes, Smoothing, add_normals};
 use super::{FilePosition, LoadError, LoadErrorKind, LoadMemory, LoadWarning};
 use crate::scene::{Corner, Geometry, Mesh, NONE};
@@ -144,7 +145,7 @@ impl Facets<'_> {
         let mut source = Records { bytes, at: 0 };
         let place = |i: u64| FilePosition::byte(self.file_name, HEADER_BYTES + RECORD_BYTES * i);
         let failed = |i, e: io::Error| {
-            let kind = LoadErrorKind::Undecodable { format: "STL", reason: e.to_string() };
+            let kind = LoadErrorKind::Undecodable { format: "STL", reason: short(&e.to_string()) };
             LoadError::new(place(i), kind)
         };
         let facets = stl_io::create_stl_reader(&mut source).map_err(|e| failed(0, e))?;
@@ -170,7 +171,7 @@ impl Facets<'_> {
             let mut source = Solid { lines: &mut lines, given: &given };
             let place = || FilePosition::line(self.file_name, given.get());
             let failed = |e: io::Error| {
-                let reason = e.to_string();
+                let reason = short(&e.to_string());
                 LoadError::new(place(), LoadErrorKind::Undecodable { format: "STL", reason })
             };
             let facets = stl_io::create_stl_reader(&mut source).map_err(failed)?;

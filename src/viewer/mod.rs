@@ -2,7 +2,7 @@
 //! time come in; a picture, an overlay and requests go out, so every key is tested without a
 //! screen.
 //!
-//! In: a [`Model`] (mesh, X3D document, N-dimensional scene, command stream, the tour), [`Key`]s, the pointer
+//! In: a [`Model`] (mesh, X3D or glTF document, N-dimensional scene, command stream, the tour), [`Key`]s, the pointer
 //! in frame pixels, elapsed time. Out: video memory, an [`Overlay`] that is never drawn into it,
 //! and [`Request`]s for a caller that can access files and windows.
 //!
@@ -35,6 +35,7 @@ pub use tour::{FRAMES_PER_SECOND, MOVIE_FRAMES_PER_SECOND, MakeSizedEngine, SIZE
 
 use crate::executor::Executor;
 use crate::eye::EyeScene;
+use crate::load::gltf::GltfDocument;
 use crate::load::x3d::X3dDocument;
 use crate::memory::VideoMemory;
 use crate::pipeline::Renderer;
@@ -65,6 +66,8 @@ pub enum Model {
     },
     /// An X3D document. Without a viewpoint it is framed automatically.
     X3d(Box<X3dDocument>),
+    /// A glTF document. Without a camera it is framed automatically, without lights lit.
+    Gltf(Box<GltfDocument>),
     /// A scene of N dimensions.
     Eye(Box<EyeScene>),
     /// A stream of commands, and the factory of the engine (of the frame's size) that it is played
@@ -324,6 +327,9 @@ impl Viewer {
             }
             Model::X3d(document) => {
                 Subject::Space(Box::new(Space::new(SceneSource::X3d(document), name, aspect, studio)))
+            }
+            Model::Gltf(document) => {
+                Subject::Space(Box::new(Space::new(SceneSource::Gltf(document), name, aspect, studio)))
             }
             Model::Eye(scene) => Subject::Nd(Box::new(Nd::new(*scene, pool.clone(), studio))),
             Model::Stream(bytes, make_engine) => Subject::Replay(Box::new(Replay::new(bytes, make_engine))),

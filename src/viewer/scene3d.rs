@@ -1,4 +1,4 @@
-//! Three-dimensional scenes in the viewer: meshes, and X3D documents that change over time.
+//! Three-dimensional scenes in the viewer: meshes, and X3D and glTF documents that change over time.
 
 use super::Wishes;
 use super::difference::{Difference, Work};
@@ -6,11 +6,13 @@ use super::frame::ViewerFrame;
 use super::keys::Look;
 use super::studio::{self, Backdrop, Ground};
 use crate::executor::Executor;
+use crate::load::gltf::GltfDocument;
 use crate::load::x3d::X3dDocument;
 use crate::memory::DepthFormat;
 use crate::pipeline::{DepthUse, DrawStats, Part, Renderer, SceneOptions};
 use crate::scene::{
-    self, Camera, Geometry, Sampling, Scene, ShadeMode, Texture, TextureUse, ViewOverrides, viewers_light,
+    self, Camera, Geometry, Sampling, Scene, ShadeMode, Texture, TextureUse, TransparencyOrder,
+    ViewOverrides, viewers_light,
 };
 use crate::truth::{self, Transparency};
 use glam::DVec3;
@@ -20,6 +22,7 @@ use std::sync::Arc;
 pub(super) enum SceneSource {
     Mesh { geometry: Arc<Geometry>, is_open: bool },
     X3d(Box<X3dDocument>),
+    Gltf(Box<GltfDocument>),
 }
 
 /// A three-dimensional scene in the viewer.
@@ -96,7 +99,11 @@ impl Space {
     }
 
     pub fn is_animated(&self) -> bool {
-        matches!(&self.source, SceneSource::X3d(document) if document.is_animated())
+        match &self.source {
+            SceneSource::Mesh { .. } => false,
+            SceneSource::X3d(document) => document.is_animated(),
+            SceneSource::Gltf(document) => document.is_animated(),
+        }
     }
 
     /// Returns the author's scene at `time`. A scene without a viewpoint is framed automatically.
@@ -112,6 +119,13 @@ impl Space {
                         scene.camera = Some(camera);
                         studio::light(&mut scene, &camera);
                         scene.objects.iter_mut().for_each(|o| o.material = studio::material());
+                    }
+                    scene
+                }
+                SceneSource::Gltf(document) => {
+                    let mut scene = document.at(time, self.aspect);
+                    if let (true, false, Some(camera)) = (self.studio, document.has_lights(), scene.camera) {
+                        studio::light(&mut scene, &camera);
                     }
                     scene
                 }
@@ -148,6 +162,14 @@ impl Space {
         (has, objects.iter().any(|o| !o.geometry.mesh.texcoords.is_empty()))
     }
 
+    /// Returns the order of transparent faces: glTF files have none that counts.
+    fn transparency(&self) -> TransparencyOrder {
+        match &self.source {
+            SceneSource::Gltf(_) => TransparencyOrder::Sorted,
+            SceneSource::Mesh { .. } | SceneSource::X3d(_) => TransparencyOrder::default(),
+        }
+    }
+
     /// Returns the scene with the viewer's overrides applied.
     fn seen(&mut self, wishes: &Wishes) -> Scene {
         let mut scene = self.given(wishes.time).clone();
@@ -180,10 +202,13 @@ impl Space {
             view_overrides.apply(&mut turned, camera, self.aspect);
             return turned;
         }
-        if let (SceneSource::Mesh { .. }, Some(camera), false) =
-            (&self.source, scene.camera, view_overrides.navigator.is_home())
-        {
-            // A mesh has no lights of its own; the viewer adds one.
+        let has_lights = match &self.source {
+            SceneSource::Mesh { .. } => false,
+            SceneSource::X3d(_) => true,
+            SceneSource::Gltf(document) => document.has_lights(),
+        };
+        if let (false, Some(camera), false) = (has_lights, scene.camera, view_overrides.navigator.is_home()) {
+            // A file without lights of its own is lit by the viewer.
             match self.studio {
                 true => studio::light(&mut scene, &camera),
                 false => scene.lights = vec![viewers_light(&camera)],
@@ -197,13 +222,14 @@ impl Space {
         self.seen(wishes).camera.unwrap_or_default()
     }
 
-    fn options(wishes: &Wishes, frame: &ViewerFrame) -> SceneOptions {
+    fn options(&self, wishes: &Wishes, frame: &ViewerFrame) -> SceneOptions {
         let ViewOverrides { hide, shade, .. } = wishes.view_overrides();
         let usual = if wishes.studio { ShadeMode::Phong } else { ShadeMode::default() };
         SceneOptions {
             shade: shade.unwrap_or(usual),
             hide: hide.unwrap_or_default(),
             depth_use: if wishes.keeps_depth { DepthUse::Keep } else { DepthUse::SceneOnly },
+            transparency: self.transparency(),
             ..SceneOptions::new(frame.memory.width(), frame.memory.height())
         }
     }
@@ -226,7 +252,7 @@ impl Space {
                 *camera = studio::shifted(*camera, shift, [frame.memory.width(), frame.memory.height()]);
             }
         }
-        let options = Self::options(wishes, frame);
+        let options = self.options(wishes, frame);
         frame.clear(wishes.keeps_depth);
         if wishes.studio && !wishes.is_bare {
             self.paint_behind(wishes, &mut scene, frame, tools.pool);
@@ -257,7 +283,7 @@ impl Space {
     /// of the last drawing.
     pub fn plan(&mut self, wishes: &Wishes, frame: &mut ViewerFrame, renderer: &Renderer) -> Vec<String> {
         let scene = self.seen(wishes);
-        let options = Self::options(wishes, frame);
+        let options = self.options(wishes, frame);
         let plan = renderer.plan_scene(&frame.target(), &scene, &options);
         let mut lines = vec![format!("plan: {}, {} bytes", plan.title, plan.bytes())];
         for item in plan.items().iter().filter(|i| i.used) {
@@ -296,9 +322,9 @@ impl Space {
         let scene = self.seen(wishes);
         let view_overrides = wishes.view_overrides();
         let settings = truth::Settings {
-            shade: Self::options(wishes, frame).shade,
+            shade: self.options(wishes, frame).shade,
             hide: view_overrides.hide.unwrap_or_default(),
-            transparency: Transparency::AfterOpaque(Default::default()),
+            transparency: Transparency::AfterOpaque(self.transparency()),
             ..truth::Settings::default()
         };
         let (width, height) = (frame.memory.width(), frame.memory.height());

@@ -6,13 +6,14 @@
 use crate::TURN;
 use crate::counting::{most_held, most_held_here};
 use fbptr::error::Code;
-use fbptr::load::{LoadError, LoadMemory, obj, texture, x3d};
+use fbptr::load::{LoadContext, LoadError, LoadMemory, MeshFormat, Smoothing, gltf, obj, texture, x3d};
 use fbptr::memory::{MemoryBudget, MemoryUse};
 use fbptr::scene::{Mesh, shapes};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use std::io::Write;
+use std::path::Path;
 use std::sync::PoisonError;
 
 /// Reads something within ever larger budgets, and checks that each attempt stays within its
@@ -38,6 +39,79 @@ fn least_budget<T>(what: &str, read: impl Fn(&mut LoadMemory) -> Result<T, LoadE
         assert_eq!(error.map(|e| e.code()), Some(Code::Quota), "{what}");
     }
     panic!("{what}: no budget is enough")
+}
+
+#[test]
+fn meshes_and_scenes_of_the_test_data_are_read_within_their_budget() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/formats");
+    for folder in ["gltf", "gltf/beside", "stl", "ply"] {
+        let names = std::fs::read_dir(data.join(folder)).unwrap().map(|entry| entry.unwrap().path());
+        for path in names.filter(|path| !path.to_string_lossy().contains("broken")) {
+            let bytes = std::fs::read(&path).unwrap();
+            let what = path.display().to_string();
+            match path.extension().and_then(|ending| ending.to_str()) {
+                Some("gltf" | "glb") => {
+                    least_budget(&what, |memory| {
+                        let opener = &mut |name: &str| std::fs::read(path.parent().unwrap().join(name)).ok();
+                        gltf::parse_in(&bytes, "f", LoadContext { folder: "", opener, memory })
+                    });
+                }
+                Some("stl" | "ply") => {
+                    least_budget(&what, |memory| {
+                        let smoothing = Smoothing::Angle(1.0);
+                        MeshFormat::of(&bytes).parse(&bytes, &mut |_| None, "f", memory, smoothing)
+                    });
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+#[test]
+fn long_meshes_are_read_within_their_budget() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let side = 120_u32;
+    let at = |i: u32| [f64::from(i % side), f64::from(i / side), f64::from(i % 7)];
+    let faces: Vec<[u32; 3]> = (0..side * (side - 1) - 1).map(|i| [i, i + 1, i + side]).collect();
+    let mut text = b"solid a\n".to_vec();
+    let mut binary = [&[0; 80][..], &(faces.len() as u32).to_le_bytes()].concat();
+    let xyz = "property float x\nproperty float y\nproperty float z\n";
+    let (vertices, count) = (side * side, faces.len());
+    let elements = format!(
+        "element vertex {vertices}\n{xyz}element face {count}\nproperty list uchar int vertex_indices\nend_header\n"
+    );
+    let mut ply = format!("ply\nformat ascii 1.0\n{elements}").into_bytes();
+    let mut little = format!("ply\nformat binary_little_endian 1.0\n{elements}").into_bytes();
+    for [x, y, z] in (0..vertices).map(at) {
+        writeln!(ply, "{x} {y} {z}").unwrap();
+        little.extend([x, y, z].iter().flat_map(|c| (*c as f32).to_le_bytes()));
+    }
+    for face in &faces {
+        text.extend(b"facet normal 0 0 1\nouter loop\n");
+        binary.extend([0; 12]);
+        for [x, y, z] in face.map(at) {
+            writeln!(text, "vertex {x} {y} {z}").unwrap();
+            binary.extend([x, y, z].iter().flat_map(|c| (*c as f32).to_le_bytes()));
+        }
+        text.extend(b"endloop\nendfacet\n");
+        binary.extend([0; 2]);
+        writeln!(ply, "3 {} {} {}", face[0], face[1], face[2]).unwrap();
+        little.push(3);
+        little.extend(face.iter().flat_map(|i| i.to_le_bytes()));
+    }
+    text.extend(b"endsolid a\n");
+    for (what, file) in
+        [("STL text", text), ("STL binary", binary), ("PLY text", ply), ("PLY binary", little)]
+    {
+        for smoothing in [Smoothing::Indices, Smoothing::Angle(1.0)] {
+            let limit = least_budget(what, |memory| {
+                MeshFormat::of(&file).parse(&file, &mut |_| None, "f", memory, smoothing)
+            });
+            assert!(limit < 64 << 20, "{what}: {limit} bytes for {} of text", file.len());
+        }
+    }
 }
 
 fn png(width: u32, height: u32, color: ExtendedColorType) -> Vec<u8> {

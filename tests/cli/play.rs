@@ -513,8 +513,7 @@ fn files_of_other_formats_are_named_in_one_line() {
     for (name, bytes, what) in [
         ("p.png", &png[..], "a PNG picture"),
         ("p.obj", png, "a PNG picture"),
-        ("m.gltf", b"{\"asset\": {\"version\": \"2.0\"}}", "a glTF model"),
-        ("m.glb", b"glTF\x02\0\0\0\x0c\0\0\0", "a binary glTF model"),
+        ("m.glb", b"BLENDER-v300", "a Blender file"),
         ("m.fbx", b"Kaydara FBX Binary  \0", "an FBX model"),
     ] {
         let file = folder.file(name, bytes);

@@ -5,6 +5,7 @@
 
 mod animation;
 mod files;
+mod formats;
 mod geometry;
 // The golden test of docs/library.md, as it stands there.
 mod golden_example;

@@ -5,6 +5,7 @@
 
 use super::rows::{self, Edges, Lists, Skipped, Vertices};
 use crate::load::LoadErrorKind;
+use crate::load::error::short;
 use crate::scene::NONE;
 use serde_ply::{DeserializeError, ElementDef, PlyFormat, PlyReader, PropertyType, ScalarType};
 use std::cell::Cell;
@@ -47,11 +48,11 @@ impl Elements {
 }
 
 /// Returns an upper bound of the memory for the rows of an element and for what the mesh has of
-/// them, with `left` bytes of the file before it.
+/// them; `left` is the rest of the file.
 ///
 /// # Errors
 /// If the rows need more bytes than are left, or are too many.
-pub(super) fn most_bytes(element: &ElementDef, format: PlyFormat, left: usize) -> Result<u64, LoadErrorKind> {
+pub(super) fn most_bytes(element: &ElementDef, format: PlyFormat, left: &[u8]) -> Result<u64, LoadErrorKind> {
     let size = |t: &ScalarType| match (format, t) {
         // A digit and a blank.
         (PlyFormat::Ascii, _) => 2,
@@ -70,13 +71,13 @@ pub(super) fn most_bytes(element: &ElementDef, format: PlyFormat, left: usize) -
             }
         }
     }
-    let (count, name) = (element.count as u64, &element.name);
+    let (count, name) = (element.count as u64, short(&element.name));
     let undecodable = |reason| Err(LoadErrorKind::Undecodable { format: "PLY", reason });
     if row == 0 && count > 0 {
         return undecodable(format!("the {count} rows of {name:?} have no properties"));
     }
     // One more: the line end that a text may lack.
-    let (needed, left) = (count.saturating_mul(row), left as u64 + 1);
+    let (needed, left, rest) = (count.saturating_mul(row), left.len() as u64 + 1, left);
     if needed > left {
         let rows = format!("{count} rows of {name:?} need {needed} bytes or more");
         return undecodable(format!("{rows}, and {} are left", left - 1));
@@ -84,9 +85,15 @@ pub(super) fn most_bytes(element: &ElementDef, format: PlyFormat, left: usize) -
     if count > u64::from(NONE - 1) {
         return Err(LoadErrorKind::TooBig { what: "rows", found: count, limit: u64::from(NONE - 1) });
     }
-    let lists = item.map_or(0, |item| (left - needed) / item * CORNER_BYTES + count * ROW_BYTES);
+    let items = |size| match format {
+        PlyFormat::Ascii => {
+            rest.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).count() as u64
+        }
+        _ => (left - needed) / size,
+    };
+    let lists = item.map_or(0, |size| items(size) * CORNER_BYTES + count * ROW_BYTES);
     Ok(lists
-        + match name.as_str() {
+        + match element.name.as_str() {
             "vertex" => count * VERTEX_BYTES,
             "edge" => count * EDGE_BYTES,
             _ => 0,

@@ -19,6 +19,7 @@ mod rows;
 #[cfg(test)]
 mod tests;
 
+use super::error::short;
 use super::mesh::{LoadedMesh, Smoothing, add_normals};
 use super::{FilePosition, LoadError, LoadErrorKind, LoadMemory, LoadWarning};
 use crate::cancel::CancelToken;
@@ -54,7 +55,7 @@ pub fn parse(
     // Until the header is read, its lines are the places.
     let mut place = Places { bytes, file_name, is_text: true };
     let fail = |place: &Places, e: DeserializeError| {
-        let undecodable = LoadErrorKind::Undecodable { format: "PLY", reason: e.0.to_string() };
+        let undecodable = LoadErrorKind::Undecodable { format: "PLY", reason: short(&e.0.to_string()) };
         place.refuse(at.get(), memory.check_cancelled().err().unwrap_or(undecodable))
     };
     let mut reader = PlyReader::from_reader(source).map_err(|e| fail(&place, e))?;
@@ -70,7 +71,7 @@ pub fn parse(
     let mut work = Vec::new();
     let mut elements = elements::Elements::default();
     for element in header.elem_defs.clone() {
-        let left = bytes.len().saturating_sub(at.get());
+        let left = bytes.get(at.get()..).unwrap_or(&[]);
         let reserved = elements::most_bytes(&element, reader.header().format, left)
             .and_then(|most| memory.work(most))
             .map_err(|kind| place.refuse(at.get(), kind))?;

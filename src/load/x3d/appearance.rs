@@ -10,6 +10,7 @@
 use super::geometry::{ColorUse, Stuff};
 use super::graph::{GraphView, NodeId};
 use super::stages;
+use crate::load::physical;
 use crate::scene::{LightingModel, Material, Sampling, Texture};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
@@ -112,30 +113,13 @@ impl Surface {
     }
 
     /// Converts a physical material to Phong's parameters: base colour c, metallic m, roughness r.
-    ///
-    /// ```text
-    /// Kd = c (1 - m/2)                      a metal has no diffuse light of its own: half its
-    ///                                       colour stands for the surroundings that it would
-    ///                                       mirror, which are not there
-    /// F0 = 0.04 (1 - m) + c m               what is mirrored straight on (4 % of a dielectric)
-    /// a  = max(r, 0.1)^2                    width of the lobe, as in GGX
-    /// n  = min(2 / a^2 - 2, 1000)           the exponent of Blinn's lobe of this width
-    /// Ks = F0 min(1, (1 - a^4) / (4 a^2))   GGX's height straight on, F0 / (4 a^2), less the part
-    ///                                       that is as flat as diffuse light
-    /// ```
-    ///
-    /// Sources: ISO/IEC 19775-1 (X3D 4) clause 12.4.6; B. Walter et al., "Microfacet Models for
-    /// Refraction through Rough Surfaces", 2007, section 5.2; B. Karis, "Real Shading in Unreal
-    /// Engine 4", 2013 (a = r^2, the exponent).
     fn physical(c: DVec3, metallic: f64, roughness: f64, unlit: Surface) -> Surface {
-        let m = metallic.clamp(0.0, 1.0);
-        let a = roughness.clamp(0.1, 1.0) * roughness.clamp(0.1, 1.0);
-        let f0 = DVec3::splat(0.04) * (1.0 - m) + c * m;
+        let reflection = physical::reflection(c, metallic, roughness);
         Surface {
             is_lit: true,
-            diffuse: c * (1.0 - m / 2.0),
-            specular: f0 * ((1.0 - a * a * a * a) / (4.0 * a * a)).min(1.0),
-            shininess: (2.0 / (a * a) - 2.0).min(1000.0) / 128.0,
+            diffuse: reflection.kd,
+            specular: reflection.ks,
+            shininess: reflection.n / 128.0,
             ..unlit
         }
     }
