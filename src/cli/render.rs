@@ -143,11 +143,7 @@ impl Render {
         let mut renderer = self.drawing.renderer();
         let mut output = self.output([size.width, size.height])?;
         let frames = self.frames.unwrap_or(1);
-        let transparency = match &file {
-            // Files of this format have no order that counts.
-            SceneFile::Gltf(_) => TransparencyOrder::Sorted,
-            _ => TransparencyOrder::default(),
-        };
+        let transparency = transparency(&file);
         let is_turntable = frames > 1 && !is_animated(&file);
         if is_turntable {
             let scene = self.scene.display();
@@ -335,6 +331,14 @@ impl Render {
             self.write(&memory, None, &mut output)?;
         }
         Ok(())
+    }
+}
+
+/// Returns the order of a file's transparent faces; in glTF there is none that counts.
+fn transparency(file: &SceneFile) -> TransparencyOrder {
+    match file {
+        SceneFile::Gltf(_) => TransparencyOrder::Sorted,
+        SceneFile::X3d(_) | SceneFile::Mesh { .. } | SceneFile::Eye(_) => TransparencyOrder::default(),
     }
 }
 

@@ -7,10 +7,10 @@
 //! ignored.
 //!
 //! A file is binary if its length is that of the records that it counts, or if it does not begin
-//! with `solid`, or has a zero byte soon. `stl_io` goes by the first word alone, knows one solid a file, wants lower case and
-//! reports no place; so it is given a binary file with its header cleared, and a text solid by
-//! solid, line by line, in lower case: an error stands in the last line that it was given. Counts
-//! are compared with the file's length before anything is allocated.
+//! with `solid`, or has a zero byte soon. `stl_io` goes by the first word alone, knows one solid a
+//! file, wants lower case and reports no place; so it is given a binary file with its header
+//! cleared, and a text solid by solid, line by line, in lower case: an error stands in the last line
+//! that it was given. Counts are compared with the file's length before anything is allocated.
 //!
 //! Source: 3D Systems, StereoLithography Interface Specification, 1989 (as reprinted in M. Burns,
 //! Automated Fabrication, section 6.5).
@@ -206,7 +206,8 @@ fn push(mesh: &mut Mesh, sizes: &mut PolygonSizes, facet: &stl_io::Triangle) -> 
     Ok(())
 }
 
-/// A binary file whose header is cleared, so that it never looks like text.
+/// A binary file whose header is cleared, so that it never looks like text: an empty line, which
+/// the reader looks at, and zeros.
 struct Records<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -219,6 +220,9 @@ impl Read for Records<'_> {
         out[..count].copy_from_slice(&rest[..count]);
         let header = 80_usize.saturating_sub(self.at).min(count);
         out[..header].fill(0);
+        if self.at == 0 && header > 0 {
+            out[0] = b'\n';
+        }
         self.at += count;
         Ok(count)
     }

@@ -5,6 +5,7 @@ mod api;
 mod demos;
 mod docs;
 mod draw;
+mod formats;
 mod functions;
 mod layers;
 mod movie;

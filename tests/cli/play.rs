@@ -10,7 +10,7 @@ fn fbptr(arguments: &[&str]) -> Command {
     command
 }
 
-fn run(arguments: &[&str], input: &[u8]) -> Output {
+pub fn run(arguments: &[&str], input: &[u8]) -> Output {
     let mut child =
         fbptr(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let mut stdin = child.stdin.take().unwrap();
@@ -28,27 +28,27 @@ fn out(output: &Output) -> &str {
     std::str::from_utf8(&output.stdout).unwrap()
 }
 
-fn err(output: &Output) -> &str {
+pub fn err(output: &Output) -> &str {
     std::str::from_utf8(&output.stderr).unwrap()
 }
 
-struct Folder(PathBuf);
+pub struct Folder(PathBuf);
 
 impl Folder {
-    fn new(name: &str) -> Folder {
+    pub fn new(name: &str) -> Folder {
         let path = std::env::temp_dir().join(format!("fbptr-play-{name}-{}", std::process::id()));
         let _ = std::fs::remove_dir_all(&path);
         std::fs::create_dir_all(&path).unwrap();
         Folder(path)
     }
 
-    fn file(&self, name: &str, bytes: impl AsRef<[u8]>) -> String {
+    pub fn file(&self, name: &str, bytes: impl AsRef<[u8]>) -> String {
         let path = self.0.join(name);
         std::fs::write(&path, bytes).unwrap();
         path.to_str().unwrap().to_owned()
     }
 
-    fn path(&self, name: &str) -> String {
+    pub fn path(&self, name: &str) -> String {
         self.0.join(name).to_str().unwrap().to_owned()
     }
 }
@@ -529,61 +529,6 @@ fn files_of_other_formats_are_named_in_one_line() {
             assert_eq!(said.lines().count(), 1, "{arguments:?}: {said}");
             assert!(said.starts_with(&format!("fbptr: {file}: {what}; expected ")), "{said}");
         }
-    }
-}
-
-#[test]
-fn scenes_are_known_by_their_content_whatever_their_name() {
-    let folder = Folder::new("content");
-    let out = folder.path("o.raw");
-    let facet: Vec<u8> =
-        [-1_f32, -1.0, 0.0, 1.0, -1.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|x| x.to_le_bytes()).collect();
-    let stl = [&[0; 80][..], &1_u32.to_le_bytes(), &[0; 12], &facet, &[0; 2]].concat();
-    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
-        property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
-        -1 -1 0\n1 -1 0\n0 1 0\n3 0 1 2\n";
-    for (name, bytes) in [
-        ("scene.xml", &b"<X3D><Scene><Shape><Box/></Shape></Scene></X3D>"[..]),
-        ("facet.obj", &stl),
-        ("model.json", include_bytes!("../data/formats/gltf/box.glb")),
-        ("scene.txt", include_bytes!("../data/formats/gltf/nodes.gltf")),
-        ("triangle", ply.as_bytes()),
-    ] {
-        let scene = folder.file(name, bytes);
-        for arguments in [
-            &["render", &scene, "-o", &out, "--size", "9x9"][..],
-            &["view", &scene, "--headless", "--snap", &out, "--size", "9x9"],
-        ] {
-            let output = run(arguments, b"");
-            assert_eq!((output.status.code(), err(&output)), (Some(0), ""));
-            assert!(std::fs::read(&out).unwrap()[(9 * 4 + 4) * 4] > 50, "{arguments:?}");
-        }
-        let played = run(&["play", &scene, "--headless"], b"");
-        assert_eq!(played.status.code(), Some(2));
-        assert!(err(&played).contains("`fbptr view`"), "{}", err(&played));
-    }
-}
-
-#[test]
-fn a_gltf_animation_is_a_movie_of_its_own_and_a_still_one_a_turn() {
-    let folder = Folder::new("gltf-movie");
-    let data = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/formats/gltf/");
-    let out = folder.path("o.y4m");
-    for (name, said) in [("animation.glb", ""), ("box.glb", "are one turn")] {
-        let scene = format!("{data}{name}");
-        let output =
-            run(&["render", &scene, "-o", &out, "--size", "16x12", "--frames", "5", "--fps", "2"], b"");
-        assert_eq!(output.status.code(), Some(0), "{}", err(&output));
-        assert!(err(&output).contains(said), "{}", err(&output));
-        let movie = std::fs::read(&out).unwrap();
-        let frames: Vec<&[u8]> =
-            movie[movie.len() - 5 * (6 + 16 * 12 * 3)..].chunks(6 + 16 * 12 * 3).collect();
-        assert!(frames.iter().all(|f| f.starts_with(b"FRAME\n")), "{name}");
-        assert!(frames[0] != frames[1] && frames[1] != frames[2], "{name} moves");
-        // Two seconds are the animation's length: it begins again.
-        assert_eq!(frames[0] == frames[4], name == "animation.glb");
-        let viewed = run(&["view", &scene, "--headless", "--frames", "2", "--size", "16x12"], b"");
-        assert_eq!(viewed.status.code(), Some(0), "{}", err(&viewed));
     }
 }
 

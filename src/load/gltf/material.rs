@@ -14,7 +14,8 @@
 //!
 //! The base-colour texture multiplies Kd and Ka, and with BLEND the opacity. MASK makes each texel
 //! opaque or invisible. KHR_materials_unlit: the colour c alone. Textures of normals, occlusion and
-//! emission are left out with a warning, the last with the emission that they limit. KHR_materials_pbrSpecularGlossiness: c = E(diffuse), m = 0,
+//! emission are left out with a warning, the last with the emission that they limit.
+//! KHR_materials_pbrSpecularGlossiness: c = E(diffuse), m = 0,
 //! r = 1 - glossiness, and Ks scaled to the specular colour.
 //!
 //! Source: glTF 2.0 Specification, section 3.9 (Materials).
@@ -45,7 +46,8 @@ pub(super) fn encoded(linear: f64) -> f64 {
     let x = linear.max(0.0);
     match x <= 0.003_130_8 {
         true => 12.92 * x,
-        false => 1.055 * pow(x, 1.0 / 2.4) - 0.055,
+        // 1.055 x^(1/2.4) - 0.055, and 1 at 1.
+        false => 1.055 * (pow(x, 1.0 / 2.4) - 1.0) + 1.0,
     }
 }
 

@@ -72,8 +72,7 @@ fn a_triangle_is_flat_framed_and_lit() {
 }
 
 #[test]
-fn values_are_refused_with_their_pointer() {
-    let long = "A".repeat(200);
+fn bytes_are_refused_with_their_pointer() {
     for (more, expected) in [
         (r#""asset":{"version":"1.0"}"#, "m.gltf#/asset/version: version 2, found \"1.0\""),
         (
@@ -119,6 +118,15 @@ fn values_are_refused_with_their_pointer() {
             r#""accessors":[{"bufferView":0,"componentType":5124,"count":3,"type":"VEC3"}]"#,
             "m.gltf#/accessors/0/componentType: 5120 to 5123, 5125 or 5126, found \"5124\"",
         ),
+    ] {
+        assert_eq!(load(&file(more)).unwrap_err(), expected, "{more}");
+    }
+}
+
+#[test]
+fn indices_and_parents_are_refused_with_their_pointer() {
+    let long = "A".repeat(200);
+    for (more, expected) in [
         (
             r#""meshes":[{"primitives":[{"attributes":{"POSITION":7}}]}]"#,
             "m.gltf#/meshes/0/primitives/0/attributes/POSITION: accessor index 7 names none of the 4 there are",
@@ -230,9 +238,8 @@ fn materials_follow_the_formula() {
     );
     assert_eq!((unlit.model, unlit.emissive, unlit.kd), (LightingModel::Unlit, DVec3::Y, DVec3::ZERO));
     assert!((encoded(0.5) - 0.735_356_98).abs() < 1e-6 && encoded(-1.0) == 0.0 && encoded(1.0) == 1.0);
-    let masked =
-        scene(r#""materials":[{"alphaMode":"MASK","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0]}}]"#);
-    assert!(masked.objects.is_empty());
+    let masked = r#""materials":[{"alphaMode":"MASK","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0]}}]"#;
+    assert!(load(&file(masked)).unwrap().at(0.0, 1.0).objects.is_empty());
     let is_double = |json: &str| scene(json).objects[0].two_sided_lighting;
     assert!(is_double(r#""materials":[{"doubleSided":true}]"#) && !is_double(""));
 }

@@ -1,0 +1,58 @@
+//! glTF, STL and PLY files on the command line.
+
+use crate::play::{Folder, err, run};
+
+#[test]
+fn scenes_are_known_by_their_content_whatever_their_name() {
+    let folder = Folder::new("content");
+    let out = folder.path("o.raw");
+    let facet: Vec<u8> =
+        [-1_f32, -1.0, 0.0, 1.0, -1.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|x| x.to_le_bytes()).collect();
+    let stl = [&[0; 80][..], &1_u32.to_le_bytes(), &[0; 12], &facet, &[0; 2]].concat();
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+        property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+        -1 -1 0\n1 -1 0\n0 1 0\n3 0 1 2\n";
+    for (name, bytes) in [
+        ("scene.xml", &b"<X3D><Scene><Shape><Box/></Shape></Scene></X3D>"[..]),
+        ("facet.obj", &stl),
+        ("model.json", include_bytes!("../data/formats/gltf/box.glb")),
+        ("scene.txt", include_bytes!("../data/formats/gltf/vertex_colors.gltf")),
+        ("triangle", ply.as_bytes()),
+    ] {
+        let scene = folder.file(name, bytes);
+        for arguments in [
+            &["render", &scene, "-o", &out, "--size", "9x9"][..],
+            &["view", &scene, "--headless", "--snap", &out, "--size", "9x9"],
+        ] {
+            let output = run(arguments, b"");
+            assert_eq!((output.status.code(), err(&output)), (Some(0), ""));
+            assert!(std::fs::read(&out).unwrap()[(9 * 4 + 4) * 4] > 50, "{arguments:?}");
+        }
+        let played = run(&["play", &scene, "--headless"], b"");
+        assert_eq!(played.status.code(), Some(2));
+        assert!(err(&played).contains("`fbptr view`"), "{}", err(&played));
+    }
+}
+
+#[test]
+fn a_gltf_animation_is_a_movie_of_its_own_and_a_still_one_a_turn() {
+    let folder = Folder::new("gltf-movie");
+    let data = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/formats/gltf/");
+    let out = folder.path("o.y4m");
+    for (name, said) in [("animation.glb", ""), ("box.glb", "are one turn")] {
+        let scene = format!("{data}{name}");
+        let output =
+            run(&["render", &scene, "-o", &out, "--size", "16x12", "--frames", "5", "--fps", "2"], b"");
+        assert_eq!(output.status.code(), Some(0), "{}", err(&output));
+        assert!(err(&output).contains(said), "{}", err(&output));
+        let movie = std::fs::read(&out).unwrap();
+        let frames: Vec<&[u8]> =
+            movie[movie.len() - 5 * (6 + 16 * 12 * 3)..].chunks(6 + 16 * 12 * 3).collect();
+        assert!(frames.iter().all(|f| f.starts_with(b"FRAME\n")), "{name}");
+        assert!(frames[0] != frames[1] && frames[1] != frames[2], "{name} moves");
+        // Two seconds are the animation's length: it begins again.
+        assert_eq!(frames[0] == frames[4], name == "animation.glb");
+        let viewed = run(&["view", &scene, "--headless", "--frames", "2", "--size", "16x12"], b"");
+        assert_eq!(viewed.status.code(), Some(0), "{}", err(&viewed));
+    }
+}
