@@ -57,10 +57,12 @@ fn meshes_and_scenes_of_the_test_data_are_read_within_their_budget() {
                         gltf::parse_in(&bytes, "f", LoadContext { folder: "", opener, memory })
                     });
                 }
-                Some("stl" | "ply") => {
+                Some(ending @ ("stl" | "ply")) => {
                     least_budget(&what, |memory| {
                         let smoothing = Smoothing::Angle(1.0);
-                        MeshFormat::of(&bytes).parse(&bytes, &mut |_| None, "f", memory, smoothing)
+                        // Bytes after the last facet hide what a binary file is.
+                        let format = if ending == "stl" { MeshFormat::Stl } else { MeshFormat::Ply };
+                        format.parse(&bytes, &mut |_| None, "f", memory, smoothing)
                     });
                 }
                 _ => {}

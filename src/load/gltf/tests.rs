@@ -149,7 +149,7 @@ fn indices_and_parents_are_refused_with_their_pointer() {
             "m.gltf#/nodes/0/scale: a list of 3 numbers, found \"a list of 2\"",
         ),
         (
-            r#""scenes":[{"nodes":[1]}]"#,
+            r#""nodes":[{"mesh":0}],"scenes":[{"nodes":[1]}]"#,
             "m.gltf#/scenes/0/nodes/0: node index 1 names none of the 1 there are",
         ),
         (r#""scene":3"#, "m.gltf#/scene: scene index 3 names none of the 1 there are"),
