@@ -116,7 +116,8 @@ impl Device {
         unsafe { AtomicU64::from_ptr(self.page.cast_mut().add(offset).cast()) }
     }
 
-    /// Notes which descriptor the library was loaded from, before a program changes its environment.
+    /// Notes which descriptor the library was loaded from, before a program changes its
+    /// environment.
     fn note_library(&self) {
         // SAFETY: the name ends with a zero byte.
         let value = unsafe { abi::getenv(c"LD_PRELOAD".as_ptr()) };
@@ -209,8 +210,8 @@ impl Device {
     pub fn exclusively<T>(&self, action: impl FnOnce() -> T) -> T {
         let fd = self.open_control();
         if fd >= 0 {
-            // SAFETY: the descriptor is ours. A lock that cannot be had is done without; a signal is
-            // no reason for that.
+            // SAFETY: the descriptor is ours. A lock that cannot be had is done without; a signal
+            // is no reason for that.
             while unsafe { abi::flock(fd, abi::LOCK_EX) } != 0 && abi::errno() == abi::EINTR {}
         }
         let result = action();

@@ -152,8 +152,8 @@ fn restore() {
         device().and_then(|device: Device| Some((device, device.library_path()?)))
     {
         let value = device.value();
-        // SAFETY: names and values are C strings, which are copied. A system without memory for them
-        // leaves the device out.
+        // SAFETY: names and values are C strings, which are copied. A system without memory for
+        // them leaves the device out.
         unsafe {
             abi::setenv(c"FBPTR_RUN".as_ptr(), value.as_ptr(), 1);
             let preloaded = abi::getenv(c"LD_PRELOAD".as_ptr());

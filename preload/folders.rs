@@ -1,8 +1,8 @@
 //! The folders of the device: those that only it has, and those of the system that list it, too.
 //!
-//! A program may open a folder, go there, and name files from it, so each folder of the device's own
-//! is a real one that stands in for it: one below `/proc/PID` of the program `fbptr`, which nothing
-//! is left of. The library knows it by its path.
+//! A program may open a folder, go there, and name files from it, so each folder of the device's
+//! own is a real one that stands in for it: one below `/proc/PID` of the program `fbptr`, which
+//! nothing is left of. The library knows it by its path.
 
 use crate::abi::{self, fail, next};
 use crate::device::{Device, device};

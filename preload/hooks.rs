@@ -1,5 +1,5 @@
-//! The calls on descriptors: `ioctl`, `write` and its kin at the end of the memory, `lseek` from it,
-//! `ftruncate`, and copies from descriptor to descriptor, which a device does not have.
+//! The calls on descriptors: `ioctl`, `write` and its kin at the end of the memory, `lseek` from
+//! it, `ftruncate`, and copies from descriptor to descriptor, which a device does not have.
 
 use crate::abi::{self, fail, next, set_errno};
 use crate::device::{Device, device};
@@ -235,8 +235,8 @@ macro_rules! seeks {
 
 seeks! { lseek lseek64 }
 
-/// Defines functions that copy bytes from descriptor to descriptor inside the system: between files,
-/// with the type of the C library's.
+/// Defines functions that copy bytes from descriptor to descriptor inside the system: between
+/// files, with the type of the C library's.
 macro_rules! copies {
     ($($name:ident($($argument:ident: $kind:ty),*) of $from:ident and $to:ident;)*) => {$(
         /// Copies bytes between files; a device is none, and callers go on with `read` and `write`.

@@ -254,7 +254,8 @@ macro_rules! scans {
 scans! { scandir scandir64 }
 
 unsafe fn scan(path: *const c_char, list: *mut *mut *mut Entry, choose: Choose, compare: Compare) -> c_int {
-    // SAFETY: the caller passes a C string, and functions of these types; memory is the C library's.
+    // SAFETY: the caller passes a C string, and functions of these types; memory is the C
+    // library's.
     unsafe {
         let dir = opendir(path);
         if dir.is_null() {

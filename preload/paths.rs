@@ -2,7 +2,8 @@
 //!
 //! A path is the device's if the system would come to a path of the device by it: with `..` and
 //! double slashes, from a folder that is open or current, and over symbolic links. Most of these
-//! places do not exist in the file system, so the system is asked for the folder and for links only.
+//! places do not exist in the file system, so the system is asked for the folder and for links
+//! only.
 
 use crate::abi::{self, errno, set_errno};
 use crate::device::{Device, device};
@@ -142,8 +143,8 @@ fn link_of(folder: c_int, path: &PathText) -> Option<PathText> {
     Some(target)
 }
 
-/// Returns an absolute path without `..`, if it has any: the system does not know the folders of the
-/// device's own that it may lead through.
+/// Returns an absolute path without `..`, if it has any: the system does not know the folders of
+/// the device's own that it may lead through.
 ///
 /// # Safety
 /// `path` is null or a C string.
@@ -229,7 +230,8 @@ fn place_of(path: &[u8]) -> Option<Place> {
     INPUTS.iter().position(|(name, _)| *name == path).map(Place::Input)
 }
 
-/// Returns the place of a path of an open descriptor, as `/proc/self/fd/3`, whose target has no name.
+/// Returns the place of a path of an open descriptor, as `/proc/self/fd/3`, whose target has no
+/// name.
 fn place_of_descriptor(device: &Device, path: &[u8]) -> Option<Place> {
     let mut own = Text::<40>::new();
     // SAFETY: a call without arguments.

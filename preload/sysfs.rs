@@ -80,7 +80,8 @@ fn open_text(text: &Text<512>, flags: c_int) -> c_int {
     fd
 }
 
-/// Waits until what was written to files that have been opened since the last call has taken effect.
+/// Waits until what was written to files that have been opened since the last call has taken
+/// effect.
 pub fn settle(device: &Device) {
     static SETTLED: AtomicU32 = AtomicU32::new(0);
     let writers = device.word(at::WRITERS_AT).load(Ordering::Acquire);

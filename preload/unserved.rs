@@ -1,5 +1,5 @@
-//! Programs that the running one starts, and into which no library can be preloaded: `fbptr` says so,
-//! because without a word they would only find no device.
+//! Programs that the running one starts, and into which no library can be preloaded: `fbptr` says
+//! so, because without a word they would only find no device.
 
 use crate::abi::{self, errno, set_errno};
 use crate::device::{Device, device};
@@ -72,7 +72,8 @@ fn look_for(device: &Device, name: &PathText) {
         look(device, abi::AT_FDCWD, name, DEPTH);
         return;
     }
-    // SAFETY: the name is a C string; a program that changes its environment meanwhile is not sound.
+    // SAFETY: the name is a C string; a program that changes its environment meanwhile is not
+    // sound.
     let folders = unsafe { text_of(abi::getenv(c"PATH".as_ptr())) };
     let Some(folders) = folders else { return };
     for folder in folders.as_bytes().split(|b| *b == b':') {

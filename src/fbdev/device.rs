@@ -230,8 +230,8 @@ impl Device {
         wake(self.control.word(at::PANS_TAKEN_AT));
     }
 
-    /// Returns the programs that were started and cannot have the device since `seen`, the number of
-    /// those returned before, as lines.
+    /// Returns the programs that were started and cannot have the device since `seen`, the number
+    /// of those returned before, as lines.
     pub fn unserved_programs(&self, seen: &mut u32) -> Vec<String> {
         let told = self.word(at::TOLD_AT);
         let first = (*seen).max(told.saturating_sub(at::TEXTS as u32));

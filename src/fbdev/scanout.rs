@@ -7,9 +7,9 @@
 //! the frame is shown enlarged by the largest whole factor, in the middle.
 //!
 //! Where the device's bytes are those of the frame, and nobody else draws into it, video memory is
-//! that copy: there is no second one, and nothing is converted. The device's memory itself cannot be
-//! video memory: a program changes it while a checksum or an encoder reads it, and plain references
-//! to such bytes are undefined behaviour.
+//! that copy: there is no second one, and nothing is converted. The device's memory itself cannot
+//! be video memory: a program changes it while a checksum or an encoder reads it, and plain
+//! references to such bytes are undefined behaviour.
 
 use super::device::Device;
 use super::layout as at;

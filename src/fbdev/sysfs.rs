@@ -29,8 +29,9 @@ pub(super) fn attribute(name: &str) -> io::Result<File> {
 }
 
 impl Device {
-    /// Carries out what programs have written to the files of `/sys` by ways that the preload library
-    /// does not see. A text is taken once its line has ended, or when it has been there before.
+    /// Carries out what programs have written to the files of `/sys` by ways that the preload
+    /// library does not see. A text is taken once its line has ended, or when it has been there
+    /// before.
     pub fn take_attributes(&self) {
         if self.word(at::WRITERS_AT) == 0 {
             return;

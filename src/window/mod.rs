@@ -2,16 +2,16 @@
 //! its 0RGB words.
 //!
 //! In: the newest frame of a [`Display`](crate::server::Display), a file to view, or a program that
-//! draws by itself ([`program`]), on the main thread (some systems allow windows nowhere else). Out:
-//! user input.
+//! draws by itself ([`program`]), on the main thread (some systems allow windows nowhere else).
+//! Out: user input.
 //!
 //! Promises: at a scale of 1 the screen shows the frame's R, G and B byte for byte; an unchanged
 //! frame is not converted or uploaded again; no window size, key or pointer position causes a
 //! panic.
 //!
-//! Losing the window system cannot be handled in every moment: Xlib exits the process. The window of
-//! a render thread asks before each use of it ([`presence`]). Snapshots are written when requested,
-//! not at the end, and a server that must survive runs headless.
+//! Losing the window system cannot be handled in every moment: Xlib exits the process. The window
+//! of a render thread asks before each use of it ([`presence`]). Snapshots are written when
+//! requested, not at the end, and a server that must survive runs headless.
 
 #[cfg(feature = "server")]
 #[cfg_attr(not(target_os = "linux"), path = "no_clicks.rs")]
@@ -129,8 +129,8 @@ fn open(title: &str, size: [usize; 2]) -> Result<minifb::Window, WindowError> {
     minifb::Window::new(title, size[0], size[1], options).map_err(|e| WindowError::Unavailable(e.to_string()))
 }
 
-/// Returns the steps of a wheel report. Some systems report fractions of a step, some tens: only the
-/// sign counts.
+/// Returns the steps of a wheel report. Some systems report fractions of a step, some tens: only
+/// the sign counts.
 fn wheel_steps((dx, dy): (f32, f32)) -> [i32; 2] {
     [dx, dy].map(|v| if v == 0.0 { 0 } else { v.signum() as i32 })
 }

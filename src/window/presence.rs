@@ -1,8 +1,8 @@
 //! Detection of windows that others destroy.
 //!
-//! A window manager asks a window to close, but `xkill` ends its client's connection, and any client
-//! may destroy the window itself. The next call of Xlib would then end the process at once. A
-//! connection of our own is told of the destruction, and survives it.
+//! A window manager asks a window to close, but `xkill` ends its client's connection, and any
+//! client may destroy the window itself. The next call of Xlib would then end the process at once.
+//! A connection of our own is told of the destruction, and survives it.
 //!
 //! In: a window. Out: whether it is still there, asked before each use of it. Runs on the main
 //! thread and never blocks after its creation. Without X every window counts as present.

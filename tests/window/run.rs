@@ -16,7 +16,8 @@ fn start(screen: &Screen, folder: &Folder, options: &[&str]) -> Guard {
 fn a_window_that_others_destroy_ends_the_program_in_order() {
     let folder = Folder::new("run-window");
     let Some(screen) = Screen::start(&folder.0) else { return };
-    // The first ends the connection to the window system, as xkill does; the other the window alone.
+    // The first ends the connection to the window system, as xkill does; the other the window
+    // alone.
     for how in ["windowkill", "windowclose"] {
         let snap = folder.0.join(format!("{how}.png"));
         let mut run =

@@ -38,8 +38,9 @@ pub struct Run {
     /// The frame's size, and the largest mode of the framebuffer
     #[arg(long, value_name = "WxH")]
     size: Option<FrameSize>,
-    /// Pixel format of the framebuffer until the program sets another: bgrx, rgba, bgra, rgbx, xrgb, xbgr, argb, abgr,
-    /// bgr24, rgb24, rgb565, bgr565, rgb555, bgr555, pal8, gray8, pal4, pal2, mono
+    /// Pixel format of the framebuffer until the program sets another: bgrx, rgba, bgra, rgbx,
+    /// xrgb, xbgr, argb, abgr, bgr24, rgb24, rgb565, bgr565, rgb555, bgr555, pal8, gray8, pal4,
+    /// pal2, mono
     #[arg(long, value_name = "FORMAT", default_value = "bgrx")]
     format: String,
     /// Vertical blanks a second
@@ -48,28 +49,33 @@ pub struct Run {
     /// Open no window
     #[arg(long)]
     headless: bool,
-    /// Take the picture and end the program after a time (2s, 500ms), at the N-th frame that differs from the one before
-    /// (30), or when the picture has not changed for a time (still for 500ms, still:TIME)
+    /// Take the picture and end the program after a time (2s, 500ms), at the N-th frame that
+    /// differs from the one before (30), or when the picture has not changed for a time (still for
+    /// 500ms, still:TIME)
     #[arg(long, value_name = "TIME|N|still")]
     after: Option<String>,
     /// Write the frame as it stands at the end: .png, .ppm or .raw
     #[arg(long, value_name = "OUT")]
     snap: Option<PathBuf>,
-    /// Compare the frame at the end with a picture. The status is 0 if they are equal; if not, it is 1, and the frame and
-    /// the difference are written beside the picture. BLESS=1 in the environment writes the picture, and fails
+    /// Compare the frame at the end with a picture. The status is 0 if they are equal; if not, it
+    /// is 1, and the frame and the difference are written beside the picture. BLESS=1 in the
+    /// environment writes the picture, and fails
     #[arg(long, value_name = "PNG")]
     expect: Option<PathBuf>,
-    /// Difference that --expect allows in a channel, and the number of pixels that may differ by more
+    /// Difference that --expect allows in a channel, and the number of pixels that may differ by
+    /// more
     #[arg(long, value_name = "N[,PIXELS]", default_value = "0", requires = "expect")]
     tolerance: String,
     /// Replay input from a file of lines TIME EVENT: key down|up NAME, press NAME, type TEXT, mouse X Y BUTTONS, wheel
-    /// DX DY. Times count from the program's first opening of the framebuffer, as in 1.5s press left
+    /// DX DY. Times count from the program's first opening of the framebuffer, as in 1.5s press
+    /// left
     #[arg(long, value_name = "FILE")]
     keys: Option<PathBuf>,
     /// Type a text once the program's picture has been still for half a second
     #[arg(long = "type", value_name = "TEXT")]
     text: Option<String>,
-    /// Listen on a TCP address for clients of the protocol, any number of times; :PORT or PORT is loopback
+    /// Listen on a TCP address for clients of the protocol, any number of times; :PORT or PORT is
+    /// loopback
     #[arg(long, value_name = "ADDR")]
     serve: Vec<String>,
     /// Let --serve take addresses that other machines reach

@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 
 /// Time between two typed characters.
 const PER_CHARACTER: Duration = Duration::from_millis(50);
-/// Time for which a key of a character or of `press` is held: a program that asks once a frame which
-/// keys are held sees it.
+/// Time for which a key of a character or of `press` is held: a program that asks once a frame
+/// which keys are held sees it.
 const HELD: Duration = Duration::from_millis(25);
 /// Time for which the picture must not change before `--type` begins.
 const STILL: Duration = Duration::from_millis(500);

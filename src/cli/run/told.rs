@@ -18,8 +18,8 @@ pub struct Told {
 }
 
 impl Told {
-    /// Tells which programs cannot have the device, each once, and which requests it does not have if
-    /// that is wanted.
+    /// Tells which programs cannot have the device, each once, and which requests it does not have
+    /// if that is wanted.
     pub fn tell(&mut self, device: &Device, is_verbose: bool) {
         for line in device.unserved_programs(&mut self.programs) {
             if self.lines.len() < PROGRAMS && self.lines.insert(line.clone()) {
