@@ -224,11 +224,11 @@ class Verbs:
         """`FILLELLIPSE cx cy rx ry c`: fills the pixel centres inside an ellipse; reals."""
         self._send_verb("FILLELLIPSE", cx, cy, rx, ry, _colour(c))
 
-    def arc(self, cx, cy, inner, outer, from, to, c):
-        """`ARC cx cy inner outer from to c`: fills the part of a ring between two angles,
+    def arc(self, cx, cy, inner, outer, start, end, c):
+        """`ARC cx cy inner outer start end c`: fills the part of a ring between two angles,
         clockwise from the right; reals.
         """
-        self._send_verb("ARC", cx, cy, inner, outer, from, to, _colour(c))
+        self._send_verb("ARC", cx, cy, inner, outer, start, end, _colour(c))
 
     def bezier(self, x0, y0, x1, y1, x2, y2, x3, y3, w, c):
         """`BEZIER x0 y0 x1 y1 x2 y2 x3 y3 w c`: draws a cubic Bezier curve w wide with round

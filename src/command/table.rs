@@ -116,7 +116,7 @@ TwoD Text Figure {
         center["cx cy"]: [f64; 2], radii["rx ry"]: [f64; 2] = Radii, color["c"]: Rgba,
     } = fn fill_ellipse in clip: "fills the pixel centres inside an ellipse; reals" eg "FILLELLIPSE 32 24 30 18.5 teal";
     ARC Arc {
-        center["cx cy"]: [f64; 2], radii["inner outer"]: [f64; 2] = Radii, angles["from to"]: [f64; 2] = Angles,
+        center["cx cy"]: [f64; 2], radii["inner outer"]: [f64; 2] = Radii, angles["start end"]: [f64; 2] = Angles,
         color["c"]: Rgba,
     } = fn arc in clip: "fills the part of a ring between two angles, clockwise from the right; reals"
         eg "ARC 32 24 12 20 -90deg 45deg tomato";
