@@ -115,7 +115,10 @@ impl Viewer {
                 nd.turn_plane(steps);
                 self.is_stale = true;
             }
-            _ => nd.turn_about_other(),
+            _ => {
+                let center = nd.turn_about_other();
+                self.say(format!("turning about {center}"));
+            }
         }
     }
 

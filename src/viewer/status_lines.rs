@@ -99,6 +99,10 @@ impl Viewer {
             (Look::Phong, true) => "colour and light",
             (Look::Textured, true) => "facet numbers",
         };
+        if self.wishes.shows_gallery {
+            // The captions say the rest.
+            return vec![format!("{} | F1 help", self.name)];
+        }
         let mut words = vec![self.name.clone(), look.to_owned()];
         if !matches!(self.subject, Subject::Nd(_)) {
             words.extend(match self.wishes.navigator.projection {

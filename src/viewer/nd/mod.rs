@@ -188,12 +188,18 @@ impl Nd {
         self.turn(a, b, steps);
     }
 
-    /// Switches the centre of rotation between the eye and the middle of the facets.
-    pub fn turn_about_other(&mut self) {
+    /// Switches the centre of rotation between the eye and the middle of the facets, and returns its
+    /// name.
+    pub fn turn_about_other(&mut self) -> &'static str {
         self.about = match self.about {
             About::Eye => About::Middle,
             About::Middle => About::Eye,
         };
+        self.about_name()
+    }
+
+    fn about_name(&self) -> &'static str {
+        if self.about == About::Eye { "the eye" } else { "the middle" }
     }
 
     /// Switches between the aperture as given and the exact slice. Returns whether there is a
@@ -223,7 +229,7 @@ impl Nd {
     /// Returns the status lines: dimensions, search method, aperture, position, plane of rotation.
     pub fn status(&self) -> Vec<String> {
         let [a, b] = self.plane();
-        let about = if self.about == About::Eye { "the eye" } else { "the middle" };
+        let about = self.about_name();
         let fibre = match self.fibre {
             Fibre::Exact => "exact fibres".to_owned(),
             Fibre::Fan(rays) => format!("fan of {rays}"),
