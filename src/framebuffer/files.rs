@@ -16,9 +16,12 @@ use std::sync::Arc;
 /// Size limit of a mesh file and of each file that it names, in bytes.
 const MAX_FILE_BYTES: u64 = 4 << 30;
 
+/// Name of a file for messages, its bytes, and the function that reads other files of its folder.
+type Opened<F> = (String, Vec<u8>, F);
+
 /// Reads a file. Returns its name for messages, its bytes, and the function that reads other files
 /// of its folder.
-fn open(path: &Path) -> Result<(String, Vec<u8>, impl FnMut(&str) -> Option<Vec<u8>> + use<>), LoadError> {
+fn open(path: &Path) -> Result<Opened<impl FnMut(&str) -> Option<Vec<u8>> + use<>>, LoadError> {
     let name = path.display().to_string();
     let bytes = std::fs::read(path).map_err(|e| {
         let kind = match e.kind() {

@@ -37,14 +37,14 @@ fn files() -> Vec<String> {
 /// A file that was read.
 enum Loaded {
     Gltf(Box<GltfDocument>),
-    Mesh(Scene),
+    Mesh(Box<Scene>),
 }
 
 impl Loaded {
     fn at(&self, time: f64) -> Scene {
         match self {
             Loaded::Gltf(document) => document.at(time, ASPECT),
-            Loaded::Mesh(scene) => scene.clone(),
+            Loaded::Mesh(scene) => (**scene).clone(),
         }
     }
 }
@@ -64,7 +64,8 @@ fn read(name: &str, bytes: &[u8]) -> Result<(Loaded, Vec<String>), LoadError> {
     let format = if name.starts_with("stl") { MeshFormat::Stl } else { MeshFormat::Ply };
     let loaded = format.parse(bytes, &mut |_| None, file, memory, Smoothing::Angle(1.0))?;
     let warnings = loaded.warnings.iter().map(|w| w.to_string()).collect();
-    Ok((Loaded::Mesh(Scene::of_mesh(Arc::new(loaded.geometry), "m", ASPECT, loaded.is_open)), warnings))
+    let scene = Scene::of_mesh(Arc::new(loaded.geometry), "m", ASPECT, loaded.is_open);
+    Ok((Loaded::Mesh(Box::new(scene)), warnings))
 }
 
 #[test]

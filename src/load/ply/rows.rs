@@ -111,7 +111,7 @@ impl<'de, N: Names> Deserialize<'de> for Known<N> {
 
             fn visit_bytes<E: Error>(self, name: &[u8]) -> Result<Known<N>, E> {
                 let is = |known: &&[&str]| known.iter().any(|k| k.as_bytes() == name);
-                Ok(Known(N::NAMES.iter().position(|known| is(&known)), PhantomData))
+                Ok(Known(N::NAMES.iter().position(is), PhantomData))
             }
         }
         deserializer.deserialize_any(Name(PhantomData))

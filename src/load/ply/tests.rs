@@ -42,7 +42,7 @@ fn the_three_encodings_give_the_same_mesh() {
     let elements = "element vertex 3\nproperty double x\nproperty float y\nproperty short z\n\
         property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar alpha\n\
         element face 1\nproperty list uint ushort vertex_index\n";
-    let vertices = [(0.0, 0.5, 0, [255, 0, 51, 255]), (1.25, 0.0, -3, [0; 4]), (0.0, 1.0, 9, [255; 4])];
+    let vertices = [(0.0f64, 0.5, 0, [255, 0, 51, 255]), (1.25, 0.0, -3, [0; 4]), (0.0, 1.0, 9, [255; 4])];
     let rows: String =
         vertices.iter().map(|(x, y, z, [r, g, b, a])| format!("{x} {y} {z} {r} {g} {b} {a}\n")).collect();
     let plain = mesh(&text(elements, &format!("{rows}3 0 1 2\n")));
@@ -55,7 +55,7 @@ fn the_three_encodings_give_the_same_mesh() {
             };
         }
         for (x, y, z, color) in vertices {
-            put!(f64::from(x));
+            put!(x);
             put!((y as f32));
             put!((z as i16));
             bytes.extend(color.map(|c: i32| c as u8));

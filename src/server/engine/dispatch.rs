@@ -220,6 +220,10 @@ impl Engine {
 
     /// Runs a request, or creates its job.
     #[inline]
+    #[expect(
+        clippy::unit_arg,
+        reason = "what a function returns becomes progress in one way, nothing included"
+    )]
     fn dispatch(
         &mut self,
         s: &mut Session,

@@ -50,6 +50,7 @@ impl Engine {
         self.set_camera(s, Camera { look_at: LookAt { eye, reference, up }, ..s.camera })
     }
 
+    #[expect(clippy::boxed_local, reason = "the command holds it in a box, for its size")]
     pub(super) fn set_projection(&self, s: &mut Session, projection: Box<Projection>) -> Result<(), Fault> {
         self.set_camera(s, Camera { projection: *projection, ..s.camera })
     }
@@ -94,6 +95,7 @@ impl Engine {
         Ok(())
     }
 
+    #[expect(clippy::boxed_local, reason = "the command holds it in a box, for its size")]
     pub(super) fn set_light(
         &mut self,
         s: &mut Session,

@@ -69,6 +69,7 @@ impl Engine {
         s.default_view = DefaultView::Own;
     }
 
+    #[expect(clippy::boxed_local, reason = "the command holds it in a box, for its size")]
     pub(super) fn set_material(&self, s: &mut Session, material: Box<Material>) {
         s.material = *material;
     }
@@ -119,11 +120,13 @@ impl Engine {
         self.multiply_model(s, by)
     }
 
+    #[expect(clippy::boxed_local, reason = "the command holds it in a box, for its size")]
     pub(super) fn shear_model(&self, s: &mut Session, by: Box<Shears>) -> Result<(), Fault> {
         self.multiply_model(s, matrix::shear(by[0], by[1], by[2], by[3], by[4], by[5]))
     }
 
     /// Multiplies the model matrix by one whose last row is checked.
+    #[expect(clippy::boxed_local, reason = "the command holds it in a box, for its size")]
     pub(super) fn multiply_affine(&self, s: &mut Session, by: Box<DMat4>) -> Result<(), Fault> {
         let row = by.row(3);
         if row != DVec4::W {
