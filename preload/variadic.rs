@@ -69,13 +69,13 @@ unsafe extern "C" fn start(
 const REGISTERS: usize = if cfg!(target_arch = "x86_64") { 5 } else { 7 };
 
 /// Defines functions that pass on what they are given.
+#[cfg(target_arch = "x86_64")]
 macro_rules! variadic {
     ($($name:ident = $way:expr;)*) => {$(
         /// Starts a program with the words that the arguments are, up to a null pointer.
         ///
         /// # Safety
         /// As for the C library's function.
-        #[cfg(target_arch = "x86_64")]
         #[unsafe(no_mangle)]
         #[unsafe(naked)]
         pub unsafe extern "C" fn $name() -> c_int {
@@ -97,12 +97,17 @@ macro_rules! variadic {
                 start = sym start,
             )
         }
+    )*};
+}
 
+/// Defines functions that pass on what they are given.
+#[cfg(target_arch = "aarch64")]
+macro_rules! variadic {
+    ($($name:ident = $way:expr;)*) => {$(
         /// Starts a program with the words that the arguments are, up to a null pointer.
         ///
         /// # Safety
         /// As for the C library's function.
-        #[cfg(target_arch = "aarch64")]
         #[unsafe(no_mangle)]
         #[unsafe(naked)]
         pub unsafe extern "C" fn $name() -> c_int {
@@ -122,12 +127,17 @@ macro_rules! variadic {
                 start = sym start,
             )
         }
+    )*};
+}
 
+/// Defines functions that pass on what they are given.
+#[cfg(target_arch = "riscv64")]
+macro_rules! variadic {
+    ($($name:ident = $way:expr;)*) => {$(
         /// Starts a program with the words that the arguments are, up to a null pointer.
         ///
         /// # Safety
         /// As for the C library's function.
-        #[cfg(target_arch = "riscv64")]
         #[unsafe(no_mangle)]
         #[unsafe(naked)]
         pub unsafe extern "C" fn $name() -> c_int {
