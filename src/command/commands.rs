@@ -4,7 +4,7 @@
 use super::codec::Codec;
 pub use super::table::{Command, Figure};
 pub use crate::draw2d::{AreaColors, RampColor, RealRect, Rect};
-use crate::scene::Attenuation;
+use crate::scene::{Attenuation, Projection};
 use glam::DVec3;
 
 /// Source of the mesh that `MESH` defines.
@@ -95,6 +95,18 @@ pub enum SnapTarget {
     File(String),
     /// A PNG sent on the connection.
     Connection,
+}
+
+impl From<Figure> for Command {
+    fn from(figure: Figure) -> Self {
+        Command::Figure(figure)
+    }
+}
+
+impl From<Projection> for Command {
+    fn from(projection: Projection) -> Self {
+        Command::Projection(Box::new(projection))
+    }
 }
 
 impl Command {

@@ -1,28 +1,30 @@
 //! The worked example of `CONTRIBUTING.md`, which adds a verb, in a language of its own: the page's
-//! row stands here as it is, so that it compiles, and is read, checked and written. The engine runs
-//! it in `server/engine/example.rs`.
+//! row stands here as it is, so that it compiles, and is read, checked and written. Its function
+//! stands in `draw2d/example.rs`; `framebuffer/draw2d.rs` makes its method, and
+//! `server/engine/example.rs` runs it on the engine.
 
 use super::args::{Args, ParseError};
 use super::arguments::*;
 use super::codec::{Codec, Parse};
 use super::encode::{EncodeError, LineWriter};
+use super::figure::{DrawFigure, Drawn, Lend};
 use super::verb::{Arity, Encoding, Form, Group, Payload, Reach, Reply, Verb};
 use super::verb_macros::*;
+use crate::draw2d::{DrawError, FigureTarget};
 use crate::error::{Code, Fault};
 use crate::memory::Rgba;
 
 const RED: Rgba = [255, 0, 0, 255];
 
 /// Gives the rows of the example to a macro, as `verbs!` does with the table.
-macro_rules! example_verbs { ($($with:tt)*) => { $($with)* ! {
-nested [];
+macro_rules! example_verbs { ($with:ident $($more:tt)*) => { $with! { $($more)*
+nested [Figure(Figure) = fn figure];
 
-TwoD Text Command {
+TwoD Text Figure {
     CROSS Cross { x: i32, y: i32, r: i32 = Radius, color["c"]: Rgba } = fn cross in clip:
         "draws a cross of two lines, r pixels to each side of a pixel" eg "CROSS 32 24 10 white";
 }
 }}}
-#[cfg(feature = "server")]
 pub(crate) use example_verbs;
 
 example_verbs! { language }
@@ -46,7 +48,7 @@ pub(crate) fn command_of(line: &str) -> Command {
 fn the_examples_verb_is_read_checked_and_written() {
     #[rustfmt::skip]
     let valid_forms = [
-        ("CROSS 8 6 3 red", Command::Cross { x: 8, y: 6, r: 3, color: RED }),
+        ("CROSS 8 6 3 red", Command::Figure(Figure::Cross { x: 8, y: 6, r: 3, color: RED })),
     ];
     for (text, command) in valid_forms {
         assert_eq!(read(text).as_ref(), Ok(&command));
@@ -64,8 +66,7 @@ fn the_examples_row_says_all_that_others_are_told() {
     assert_eq!((verb.group, verb.encoding), (Group::TwoD, Encoding::Text));
     let words: Vec<&str> = verb.parameters.iter().map(|p| p.syntax).collect();
     assert_eq!(words, ["x", "y", "r", "c"]);
-    let fault =
-        Command::Cross { x: 0, y: 0, r: -1, color: RED }.check_sizes().expect_err("a negative radius");
+    let fault = Figure::Cross { x: 0, y: 0, r: -1, color: RED }.check_sizes().expect_err("a negative radius");
     assert_eq!((fault.code, fault.message.as_str()), (Code::Range, "the radius must be 0 or more"));
     let refused = read("CROSS 8 6 3 reddish").expect_err("no colour");
     assert_eq!((refused.code, refused.token.as_slice()), (Code::Colour, &b"reddish"[..]));
@@ -74,7 +75,7 @@ fn the_examples_row_says_all_that_others_are_told() {
 #[test]
 fn the_pages_lines_stand_here() {
     let lines = |text: &str| text.lines().map(|l| l.trim().to_owned()).collect::<Vec<_>>();
-    let here = [include_str!("example.rs"), include_str!("../server/engine/example.rs")].map(lines);
+    let here = [include_str!("example.rs"), include_str!("../draw2d/example.rs")].map(lines);
     let page = include_str!("../../CONTRIBUTING.md");
     let blocks: Vec<&str> =
         page.split("```rust\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();

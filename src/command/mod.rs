@@ -13,8 +13,10 @@ mod decoder;
 mod encode;
 #[cfg(test)]
 pub(crate) mod example;
+mod figure;
 mod help;
 mod long_line;
+mod methods;
 mod payload_pool;
 mod pixel_lexer;
 mod scan;
@@ -34,7 +36,11 @@ pub use commands::{
 };
 pub use decoder::{Decoder, EndOfInput, Limits, MAX_LINE_BYTES};
 pub use encode::{EncodeError, encode};
+pub(crate) use figure::DrawFigure;
 pub use help::{help_on, help_text};
+#[cfg(feature = "server")]
+pub(crate) use methods::client_methods;
+pub(crate) use methods::{each_figure, unless_written};
 pub use payload_pool::PayloadPool;
 pub use sink::{BINARY_PIXEL_BYTES, Flow, Sink, StreamPosition, binary_pixel};
 pub use stream_error::{

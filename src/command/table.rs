@@ -14,9 +14,10 @@ use super::arguments::*;
 use super::codec::{Codec, Parse};
 use super::commands::{ErrorMode, FileKind, LightCommand, MeshSource, Quality, Shears, SnapTarget};
 use super::encode::{EncodeError, LineWriter};
+use super::figure::{DrawFigure, Drawn, Lend};
 use super::verb::{Arity, Encoding, Form, Group, Payload, Reach, Reply, Verb};
 use super::verb_macros::*;
-use crate::draw2d::{AreaColors, RampColor, RealRect, Rect};
+use crate::draw2d::{AreaColors, DrawError, FigureTarget, RampColor, RealRect, Rect};
 use crate::error::Fault;
 use crate::memory::{DepthFormat, Rgba};
 use crate::scene::{
@@ -26,7 +27,7 @@ use glam::{DMat4, DVec3};
 
 /// Gives all rows of the table to a macro: `verbs! { language }` defines the language by them, and
 /// the engine makes its dispatch of them.
-macro_rules! verbs { ($($with:tt)*) => { $($with)* ! {
+macro_rules! verbs { ($with:ident $($more:tt)*) => { $with! { $($more)*
 nested [Figure(Figure) = fn figure, Projection(Box<Projection>) = fn set_projection];
 
 Pixelflut Text Command {

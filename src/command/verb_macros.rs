@@ -15,8 +15,11 @@
 //! - `["words"]`: the argument's words in the syntax, by default the field's name.
 //! - `= Kind`: the [`Argument`](super::arguments::Argument) that reads, checks and writes the
 //!   field, by default its type.
-//! - `= fn name`: the engine's method that runs the command, called with the fields; `= job name`
-//!   if it only makes a job, whose result is what is recorded. The rows of projections have none.
+//! - `= fn name`: the function that does it, called with the fields: of a figure, a method of
+//!   [`FigureTarget`](crate::draw2d::FigureTarget); of another command, one of the engine.
+//!   `= job name` if it only makes a job, whose result is what is recorded. The rows of projections
+//!   have none. Its name is also that of the verb's method of `Client`, and of `Framebuffer` if it
+//!   is a figure, unless that is written by hand ([`super::methods`]).
 //! - `with pass = function`: a function in place of one pass of [`Codec`](super::codec::Codec), for
 //!   what depends on several arguments.
 //! - `-> Reply`: a variant of [`Reply`](super::verb::Reply), by default `Never`.
@@ -393,6 +396,7 @@ macro_rules! figures {
             Figure [] $($rows)+
         }
         codec! { Figure [] $($rows)+ }
+        draw_figures! { $($rows)+ }
     };
 }
 
@@ -400,6 +404,28 @@ macro_rules! figures {
 macro_rules! projections {
     () => {};
     ($($rows:tt)+) => { codec! { Projection [] $($rows)+ } };
+}
+
+/// `DrawFigure` for the enum `Figure`.
+macro_rules! draw_figures {
+    ($(
+        $verb:ident
+        $( $variant:ident
+            { $($f:ident $([$w:literal])? : $t:ty $(= $k:ty)?),* $(,)? }
+            = fn $function:ident
+            $(with $($hooked:ident = $hook:ident),+)?
+        )|+
+        $(in $reach:ident)?
+        : $forms:tt eg $example:literal;
+    )+) => {
+        impl DrawFigure for Figure {
+            fn draw(&self, target: &mut FigureTarget<'_>) -> Result<(), DrawError> {
+                match self {
+                    $($( Figure::$variant { $($f),* } => target.$function($($f.lend()),*).drawn(), )+)+
+                }
+            }
+        }
+    };
 }
 
 /// Defines a command language: its enums, and the static tables `TABLE` and `PARSERS`.
@@ -411,6 +437,7 @@ macro_rules! language {
 }
 
 pub(super) use {
-    call, call_nested, codec, command_enum, enums, figures, first, forms, hooked, kind, language, parser,
-    pass, payload_of, projections, reach, read_variant, reply, table, variant_doc, verb_of, words, wrap,
+    call, call_nested, codec, command_enum, draw_figures, enums, figures, first, forms, hooked, kind,
+    language, parser, pass, payload_of, projections, reach, read_variant, reply, table, variant_doc, verb_of, words,
+    wrap,
 };

@@ -25,6 +25,9 @@ pub mod crt;
 mod disc;
 mod ellipse;
 mod error;
+#[cfg(test)]
+mod example;
+mod figures;
 mod fill;
 pub mod font;
 mod gradient;
@@ -48,6 +51,8 @@ pub use circle::circle;
 pub use disc::fill_circle;
 pub use ellipse::{ellipse, fill_ellipse};
 pub use error::DrawError;
+#[doc(hidden)]
+pub use figures::FigureTarget;
 pub use fill::{fill, fill_poly};
 pub use line::{Line, line, lines, lines_on, poly, triangle_outline};
 pub use line_aa::line_aa;

@@ -1,7 +1,8 @@
 //! Pixels, bytes and figures of two dimensions: one method for each verb.
 
 use super::Framebuffer;
-use crate::draw2d::{self, Arc, AreaColors, Blend, DrawError, RampColor, RealRect, Rect};
+use crate::command::{DrawFigure, Figure, each_figure, unless_written, verbs};
+use crate::draw2d::{self, Arc, AreaColors, Blend, DrawError, FigureTarget, RampColor, RealRect, Rect};
 use crate::load::{self, LoadError};
 use crate::memory::{FbPtr, MemoryError, Rgba};
 
@@ -78,24 +79,28 @@ impl Framebuffer {
 
 /// Lines, areas and text. Colours are those of the whole figure, or of its ends or corners.
 impl Framebuffer {
+    pub(super) fn figures(&mut self) -> FigureTarget<'_> {
+        FigureTarget { memory: &mut self.memory, blend: self.blend, text_size: self.text_size }
+    }
+
     /// Draws a line, both ends included, as `LINE` does. Two colours are a ramp between the ends.
     pub fn line(&mut self, p0: [i32; 2], p1: [i32; 2], color: impl Into<RampColor>) {
-        draw2d::line(&mut self.memory, p0, p1, color.into(), self.blend);
+        self.figures().line(p0, p1, color.into());
     }
 
     /// Draws an anti-aliased line by exact coverage, as `LINEAA` does.
     pub fn line_aa(&mut self, p0: [f64; 2], p1: [f64; 2], color: Rgba) {
-        draw2d::line_aa(&mut self.memory, p0, p1, color);
+        self.figures().line_aa(p0, p1, color);
     }
 
     /// Draws the three lines of a triangle, as `TRI` does.
     pub fn triangle(&mut self, points: [[i32; 2]; 3], colors: impl Into<AreaColors>) {
-        draw2d::triangle_outline(&mut self.memory, points, colors.into(), self.blend);
+        self.figures().triangle(points, colors.into());
     }
 
     /// Fills a triangle, as `FILL` does. Three colours are interpolated between the corners.
     pub fn fill(&mut self, points: [[f64; 2]; 3], colors: impl Into<AreaColors>) {
-        draw2d::fill(&mut self.memory, points, colors.into(), self.blend);
+        self.figures().fill(points, colors.into());
     }
 
     /// Draws the border of a rectangle, as `RECT` does.
@@ -103,7 +108,7 @@ impl Framebuffer {
     /// # Errors
     /// If a side is negative.
     pub fn rect(&mut self, rect: impl Into<Rect>, color: Rgba) -> Result<(), DrawError> {
-        draw2d::rect(&mut self.memory, rect.into(), color, self.blend)
+        self.figures().rect(rect.into(), color)
     }
 
     /// Fills the pixels whose centres lie in a rectangle, as `FILLRECT` does.
@@ -111,7 +116,7 @@ impl Framebuffer {
     /// # Errors
     /// If a side is negative.
     pub fn fill_rect(&mut self, rect: impl Into<RealRect>, color: Rgba) -> Result<(), DrawError> {
-        draw2d::fill_rect(&mut self.memory, rect, color, self.blend)
+        self.figures().fill_rect(rect.into(), color)
     }
 
     /// Draws a circle about a pixel, as `CIRCLE` does.
@@ -119,7 +124,7 @@ impl Framebuffer {
     /// # Errors
     /// If the radius is negative.
     pub fn circle(&mut self, center: [i32; 2], radius: i32, color: Rgba) -> Result<(), DrawError> {
-        draw2d::circle(&mut self.memory, center, radius, color, self.blend)
+        self.figures().circle(center[0], center[1], radius, color)
     }
 
     /// Fills the pixels whose centres are nearer than `radius` to a point, as `FILLCIRCLE` does.
@@ -127,17 +132,17 @@ impl Framebuffer {
     /// # Errors
     /// If the radius is negative.
     pub fn fill_circle(&mut self, center: [f64; 2], radius: f64, color: Rgba) -> Result<(), DrawError> {
-        draw2d::fill_circle(&mut self.memory, center, radius, color, self.blend)
+        self.figures().fill_circle(center[0], center[1], radius, color)
     }
 
     /// Draws a closed outline, as `POLY` does.
     pub fn poly(&mut self, points: &[[i32; 2]], color: Rgba) {
-        draw2d::poly(&mut self.memory, points, color, self.blend);
+        self.figures().poly(color, points);
     }
 
     /// Fills a polygon by the even-odd rule, as `FILLPOLY` does.
     pub fn fill_poly(&mut self, points: &[[f64; 2]], color: Rgba) {
-        draw2d::fill_poly(&mut self.memory, points, color, self.blend);
+        self.figures().fill_poly(color, points);
     }
 
     /// Draws a line of any width with round ends, as `WIDELINE` does.
@@ -151,7 +156,7 @@ impl Framebuffer {
         width: f64,
         color: Rgba,
     ) -> Result<(), DrawError> {
-        draw2d::wide_line(&mut self.memory, p0, p1, width, color, self.blend)
+        self.figures().wide_line(p0, p1, width, color)
     }
 
     /// Draws the rim of a filled ellipse, as `ELLIPSE` does.
@@ -159,7 +164,7 @@ impl Framebuffer {
     /// # Errors
     /// If a radius is negative.
     pub fn ellipse(&mut self, center: [f64; 2], radii: [f64; 2], color: Rgba) -> Result<(), DrawError> {
-        draw2d::ellipse(&mut self.memory, center, radii, color, self.blend)
+        self.figures().ellipse(center, radii, color)
     }
 
     /// Fills the pixels whose centres are inside an ellipse, as `FILLELLIPSE` does.
@@ -167,7 +172,7 @@ impl Framebuffer {
     /// # Errors
     /// If a radius is negative.
     pub fn fill_ellipse(&mut self, center: [f64; 2], radii: [f64; 2], color: Rgba) -> Result<(), DrawError> {
-        draw2d::fill_ellipse(&mut self.memory, center, radii, color, self.blend)
+        self.figures().fill_ellipse(center, radii, color)
     }
 
     /// Fills a part of a ring, as `ARC` does.
@@ -175,7 +180,7 @@ impl Framebuffer {
     /// # Errors
     /// If a radius is negative.
     pub fn arc(&mut self, arc: Arc, color: Rgba) -> Result<(), DrawError> {
-        draw2d::arc(&mut self.memory, arc, color, self.blend)
+        self.figures().arc(arc.center, arc.radii, arc.angles, color)
     }
 
     /// Draws a cubic Bezier curve of any width with round ends, as `BEZIER` does.
@@ -183,7 +188,7 @@ impl Framebuffer {
     /// # Errors
     /// If the width is negative, or a point is beyond [`FAR_POINT`](draw2d::FAR_POINT).
     pub fn bezier(&mut self, points: [[f64; 2]; 4], width: f64, color: Rgba) -> Result<(), DrawError> {
-        draw2d::bezier(&mut self.memory, points, width, color, self.blend)
+        self.figures().bezier(points, width, color)
     }
 
     /// Puts a picture with its upper left corner at (x, y), as `IMAGE` does.
@@ -225,7 +230,58 @@ impl Framebuffer {
     /// Draws text in the built-in font of 8x8 pixels, as `TEXT` and `PRINT` do; `at` is the upper left corner
     /// of its first character. A line feed begins a new line.
     pub fn text(&mut self, at: [i32; 2], text: &str, color: Rgba) {
-        draw2d::scaled_text(&mut self.memory, at, text.as_bytes(), self.text_size, color, self.blend)
+        self.figures()
+            .text(at[0], at[1], color, text.as_bytes())
             .expect("only bytes that are not UTF-8 are refused");
+    }
+}
+
+/// Makes the method of a figure.
+macro_rules! figure_method {
+    ($function:ident $verb:ident $variant:ident { $($f:ident : $t:ty),* }) => {
+        unless_written! { $function {
+            impl Framebuffer {
+                #[doc = concat!("Draws a figure as `", stringify!($verb), "` does, with its arguments in order.")]
+                ///
+                /// # Errors
+                /// If the verb refuses its arguments.
+                pub fn $function(&mut self, $($f: impl Into<$t>),*) -> Result<(), DrawError> {
+                    Figure::$variant { $($f: $f.into()),* }.draw(&mut self.figures())
+                }
+            }
+        } }
+    };
+}
+verbs! { each_figure figure_method }
+
+impl Framebuffer {
+    /// Draws a figure of the command language, such as a decoded one.
+    ///
+    /// # Errors
+    /// If the verb refuses its arguments.
+    pub fn figure(&mut self, figure: &Figure) -> Result<(), DrawError> {
+        figure.draw(&mut self.figures())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::{
+        Verb,
+        example::{Figure, example_verbs},
+    };
+
+    // The worked example of `CONTRIBUTING.md` has its method, made from its row.
+    example_verbs! { each_figure figure_method }
+
+    #[test]
+    fn a_figure_that_is_added_has_its_method_at_once() {
+        let mut fb = Framebuffer::new(16, 12).unwrap();
+        fb.cross(8, 6, 3, [255, 0, 0, 255]).unwrap();
+        let red = (0..192).filter(|i| fb.get_pixel(i % 16, i / 16).unwrap() == [255, 0, 0, 255]);
+        assert_eq!(red.collect::<Vec<_>>().len(), 13);
+        assert_eq!(fb.get_pixel(8, 3).unwrap(), [255, 0, 0, 255]);
+        assert!(Verb::named("CROSS").is_none(), "the example is not part of the language");
     }
 }

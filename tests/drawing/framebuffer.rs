@@ -1,7 +1,8 @@
 //! Fear: a method of the framebuffer draws other pixels than the verb that its documentation names.
 
 use fbptr::command::{
-    Command, Decoder, EndOfInput, Flow, Limits, Sink, StreamError, StreamPosition, binary_pixel,
+    Command, Decoder, EndOfInput, Figure, Flow, Group, Limits, Sink, StreamError, StreamPosition, Verb,
+    binary_pixel,
 };
 use fbptr::draw2d::{self, Blend};
 use fbptr::glam::DVec3;
@@ -145,6 +146,42 @@ fn every_method_draws_as_its_verb() {
             });
             assert!(expected.bytes() == found.bytes(), "{verbs:?} with BLEND {word}");
         }
+    }
+}
+
+/// Takes the figures of decoded commands.
+#[derive(Default)]
+struct Figures(Vec<Figure>);
+
+impl Sink for Figures {
+    fn pixel(&mut self, _: i32, _: i32, _: [u8; 4]) {}
+
+    fn binary_pixels(&mut self, _: &[u8]) {}
+
+    fn command(&mut self, command: Command, _: StreamPosition) -> Flow {
+        if let Command::Figure(figure) = command {
+            self.0.push(figure);
+        }
+        Flow::Continue
+    }
+
+    fn error(&mut self, error: StreamError) -> Flow {
+        panic!("{}", error.wire_line())
+    }
+}
+
+#[test]
+fn the_example_of_every_figure_is_drawn_as_the_engine_draws_it() {
+    let figures = Verb::all().iter().filter(|v| v.group == Group::TwoD && v.name != "BLEND");
+    assert!(figures.clone().count() >= 11);
+    for verb in figures {
+        let example = format!("{}\n", verb.example);
+        let mut decoded = Figures::default();
+        let mut decoder = Decoder::new(Limits::default());
+        assert_eq!(decoder.feed(example.as_bytes(), &mut decoded), Flow::Continue);
+        let [figure] = &decoded.0[..] else { panic!("{example:?} is no figure") };
+        let (expected, found) = both(&example, |fb| fb.figure(figure).expect("it is valid"));
+        assert!(expected.bytes() == found.bytes(), "{example:?}");
     }
 }
 

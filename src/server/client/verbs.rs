@@ -3,7 +3,7 @@
 use super::Client;
 use crate::command::{
     AreaColors, Command, ErrorMode, Figure, FileKind, LightCommand, MeshSource, Quality, RampColor, RealRect,
-    Rect, Shears,
+    Rect, Shears, client_methods, unless_written, verbs,
 };
 use crate::memory::{DepthFormat, Rgba};
 use crate::scene::{
@@ -394,3 +394,5 @@ impl Client {
         self.send(Command::Quit);
     }
 }
+
+verbs! { client_methods }

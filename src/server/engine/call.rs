@@ -5,7 +5,6 @@
 //! returns.
 
 use super::{Effect, Progress};
-use crate::draw2d::{AreaColors, RampColor, RealRect, Rect};
 use crate::error::Fault;
 use crate::server::Session;
 use std::ops::{Deref, DerefMut};
@@ -67,49 +66,3 @@ impl<T: Outcome, E: Into<Fault>> Outcome for Result<T, E> {
         self.map_err(E::into).and_then(T::outcome)
     }
 }
-
-/// An argument of a figure, lent to the function that draws it: a list by reference, all else by
-/// value. A figure that is drawn in bands is kept.
-pub(super) trait Lend {
-    /// Its type as a parameter.
-    type Lent<'a>
-    where
-        Self: 'a;
-
-    /// Lends it.
-    fn lend(&self) -> Self::Lent<'_>;
-}
-
-impl<T> Lend for Vec<T> {
-    type Lent<'a>
-        = &'a [T]
-    where
-        T: 'a;
-
-    fn lend(&self) -> &[T] {
-        self
-    }
-}
-
-impl Lend for String {
-    type Lent<'a> = &'a str;
-
-    fn lend(&self) -> &str {
-        self
-    }
-}
-
-macro_rules! lend_by_value {
-    ($($type:ty),*) => {
-        $(impl Lend for $type {
-            type Lent<'a> = $type;
-
-            fn lend(&self) -> $type {
-                *self
-            }
-        })*
-    };
-}
-
-lend_by_value!(bool, i32, f64, [i32; 2], [f64; 2], [[i32; 2]; 3], [[f64; 2]; 3], [[f64; 2]; 4]);
-lend_by_value!([u8; 4], Rect, RealRect, RampColor, AreaColors);

@@ -10,7 +10,7 @@
 //! an observer is not caught here.
 
 use super::job::JobResult;
-use super::{Call, Effect, Engine, Event, Lend, Outcome, Pieces, Progress, Request};
+use super::{Call, Effect, Engine, Event, Outcome, Pieces, Progress, Request};
 use crate::cancel::CancelToken;
 use crate::command::Command;
 use crate::error::{Code, Fault};

@@ -3,8 +3,8 @@
 //! In: pixels and rectangles of one session. Out: changed video memory, replies, counters.
 
 use super::{Call, Engine, EngineFrame};
-use crate::command::{BINARY_PIXEL_BYTES, Rect};
-use crate::draw2d::{self, Blend, Line};
+use crate::command::{BINARY_PIXEL_BYTES, DrawFigure, Rect};
+use crate::draw2d::{self, Blend, DrawError, FigureTarget, Line};
 use crate::error::{Code, Fault};
 use crate::executor::Executor;
 use crate::memory::{FbPtr, MemoryError, Rgba};
@@ -180,6 +180,15 @@ impl Engine {
     /// Returns the executor of the 2-D verbs: the renderer's threads, never cancelled.
     fn executor(&self) -> Executor {
         Executor::of_pool(self.rendering.renderer.options().pool.clone())
+    }
+
+    /// Draws a line, area or text, within the band of rows to which the memory is restricted.
+    pub(super) fn figure(&mut self, s: &mut Session, figure: impl DrawFigure) -> Result<(), DrawError> {
+        figure.draw(&mut FigureTarget {
+            memory: &mut self.framebuffer.memory,
+            blend: s.blend,
+            text_size: s.text_size,
+        })
     }
 
     /// Draws lines in their order, on all threads of the pool if there is one.

@@ -1,28 +1,16 @@
-//! The worked example of `CONTRIBUTING.md`, which adds a verb: the page's function stands here as it
-//! is, a method of the engine, and runs by the dispatch that its row makes.
+//! The worked example of `CONTRIBUTING.md`, which adds a verb: the engine runs it by the
+//! dispatch that its row makes.
 
-use super::dispatch::verbs::{is_job, run_commands};
+use super::dispatch::verbs::run_commands;
 use super::*;
 use crate::command::example::{self, Command, example_verbs};
-use crate::draw2d::{self, RampColor};
 use crate::error::Fault;
 use crate::server::Audience;
 
-impl Engine {
-    /// Draws a cross of two lines, `r` pixels to each side of a pixel.
-    pub(super) fn cross(&mut self, s: &mut Session, x: i32, y: i32, r: i32, color: Rgba) {
-        let color = RampColor { from: color, to: None };
-        let [left, right] = [x.saturating_sub(r), x.saturating_add(r)];
-        let [top, bottom] = [y.saturating_sub(r), y.saturating_add(r)];
-        draw2d::line(&mut self.framebuffer.memory, [left, y], [right, y], color, s.blend);
-        draw2d::line(&mut self.framebuffer.memory, [x, top], [x, bottom], color, s.blend);
-    }
-}
-
 /// Makes the dispatch of the example's rows.
 macro_rules! dispatch_example {
-    (nested $nested:tt; $group:ident $encoding:ident Command { $($rows:tt)* }) => {
-        run_commands! { dispatch_example_command is_example_job $nested $($rows)* }
+    (nested $nested:tt; $group:ident $encoding:ident Figure $rows:tt) => {
+        run_commands! { dispatch_example_command is_example_job $nested }
     };
 }
 example_verbs! { dispatch_example }

@@ -29,7 +29,6 @@ mod drawing;
 mod empty_draw;
 #[cfg(test)]
 mod example;
-mod figures;
 mod files;
 mod frame_source;
 mod job;
@@ -63,7 +62,7 @@ use crate::scene::ViewOverrides;
 use std::sync::Arc;
 use std::time::Duration;
 
-use call::{Call, Lend, Outcome};
+use call::{Call, Outcome};
 pub(in crate::server) use files::FileReader;
 pub(in crate::server) use job::{Job, JobResult};
 use long_draw::DrawThread;

@@ -335,9 +335,9 @@ impl Engine {
             Command::DrawEye { name, rect } => self.put_eye_band(s, name, *rect, rows),
             Command::Figure(figure) => {
                 self.framebuffer.memory.set_window(rows);
-                let drawn = self.figure(s, figure).map(drop);
+                let drawn = self.figure(s, figure);
                 self.end_band();
-                drawn
+                Ok(drawn?)
             }
             // The other commands have no bands.
             _ => Ok(()),

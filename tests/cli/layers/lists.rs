@@ -18,7 +18,7 @@ pub const ROOMS: Edges = &[
     ("command", &["draw2d", "error", "memory", "scene", "simd"]),
     ("load", &["cancel", "draw2d", "error", "math", "memory", "pipeline", "save", "scene"]),
     ("save", &["error", "memory"]),
-    ("framebuffer", &["draw2d", "load", "memory", "pipeline", "save", "scene"]),
+    ("framebuffer", &["command", "draw2d", "load", "memory", "pipeline", "save", "scene"]),
     (
         "server",
         &[

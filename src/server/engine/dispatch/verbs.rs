@@ -4,32 +4,26 @@
 //! whose parameters are the call and the verb's arguments in the table's order. Where the call's
 //! session is enough it takes that; it returns nothing, an effect, progress, or an error instead.
 
-use super::{Call, Engine, Fault, Lend, Outcome, Progress, Session};
-use crate::command::{Command, Figure, verbs};
-use std::borrow::Borrow;
+use super::{Call, Engine, Fault, Outcome, Progress};
+use crate::command::{Command, verbs};
 
-/// Sorts the blocks of the table: rows of Pixelflut's commands, all rows of commands, rows of
-/// figures.
+/// Sorts the blocks of the table: rows of Pixelflut's commands, and all rows of commands. Figures are
+/// drawn as one, and projections are the camera's.
 macro_rules! dispatch {
     (nested $nested:tt; $($group:ident $encoding:ident $target:ident $rows:tt)*) => {
-        dispatch! { [] [] [] $nested $($group $target $rows)* }
+        dispatch! { [] [] $nested $($group $target $rows)* }
     };
-    ([$($p:tt)*] [$($c:tt)*] $f:tt $nested:tt Pixelflut Command { $($rows:tt)* } $($blocks:tt)*) => {
-        dispatch! { [$($p)* $($rows)*] [$($c)* $($rows)*] $f $nested $($blocks)* }
+    ([$($p:tt)*] [$($c:tt)*] $nested:tt Pixelflut Command { $($rows:tt)* } $($blocks:tt)*) => {
+        dispatch! { [$($p)* $($rows)*] [$($c)* $($rows)*] $nested $($blocks)* }
     };
-    ($p:tt [$($c:tt)*] $f:tt $nested:tt $group:ident Command { $($rows:tt)* } $($blocks:tt)*) => {
-        dispatch! { $p [$($c)* $($rows)*] $f $nested $($blocks)* }
+    ($p:tt [$($c:tt)*] $nested:tt $group:ident Command { $($rows:tt)* } $($blocks:tt)*) => {
+        dispatch! { $p [$($c)* $($rows)*] $nested $($blocks)* }
     };
-    ($p:tt $c:tt [$($f:tt)*] $nested:tt $group:ident Figure { $($rows:tt)* } $($blocks:tt)*) => {
-        dispatch! { $p $c [$($f)* $($rows)*] $nested $($blocks)* }
+    ($p:tt $c:tt $nested:tt $group:ident $target:ident $rows:tt $($blocks:tt)*) => {
+        dispatch! { $p $c $nested $($blocks)* }
     };
-    // Projections are run as one: the camera's.
-    ($p:tt $c:tt $f:tt $nested:tt $group:ident Projection $rows:tt $($blocks:tt)*) => {
-        dispatch! { $p $c $f $nested $($blocks)* }
-    };
-    ([$($p:tt)*] [$($c:tt)*] [$($f:tt)*] $nested:tt) => {
+    ([$($p:tt)*] [$($c:tt)*] $nested:tt) => {
         run_commands! { dispatch_command is_made_by_job $nested $($c)* }
-        run_figures! { $($f)* }
         has_variant! { is_pixelflut $($p)* }
     };
 }
@@ -86,37 +80,7 @@ macro_rules! is_job {
     };
 }
 #[cfg(test)]
-pub(in crate::server::engine) use {is_job, run_commands};
-
-/// The function that draws figures.
-macro_rules! run_figures {
-    () => {};
-    ($(
-        $verb:ident
-        $( $variant:ident
-            { $($f:ident $([$w:literal])? : $t:ty $(= $k:ty)?),* $(,)? }
-            = fn $function:ident
-            $(with $($hooked:ident = $hook:ident),+)?
-        )|+
-        $(in $reach:ident)?
-        : $forms:tt eg $example:literal;
-    )+) => {
-        impl Engine {
-            /// Draws a line, area or text.
-            pub(in crate::server::engine) fn figure(
-                &mut self,
-                s: &mut Session,
-                figure: impl Borrow<Figure>,
-            ) -> Result<Progress, Fault> {
-                match figure.borrow() {
-                    $($( Figure::$variant { $($f),* } => {
-                        self.$function(s $(, $f.lend())*).outcome()
-                    } )+)+
-                }
-            }
-        }
-    };
-}
+pub(in crate::server::engine) use run_commands;
 
 /// A function that returns whether a command is of one of these rows.
 macro_rules! has_variant {

@@ -1,0 +1,196 @@
+//! The methods of `Client` and `Framebuffer` for verbs, made from the table: a verb that is added has
+//! its methods at once.
+//!
+//! In: the rows of the table. Out: for each verb a method named as its function, with its arguments
+//! in order; but for verbs of this file's list, whose methods are written by hand, with arguments
+//! that are easier to write.
+
+/// Gives what is in braces, unless the methods of this function's verb are written by hand.
+macro_rules! unless_written {
+    (help $_:tt) => {};
+    (size $_:tt) => {};
+    (moved_pixel $_:tt) => {};
+    (asked_pixel $_:tt) => {};
+    (binary_pixel $_:tt) => {};
+    (pixel_run $_:tt) => {};
+    (set_offset $_:tt) => {};
+    (stats $_:tt) => {};
+    (quit $_:tt) => {};
+    (poke $_:tt) => {};
+    (peek $_:tt) => {};
+    (blit $_:tt) => {};
+    (read $_:tt) => {};
+    (copy $_:tt) => {};
+    (points $_:tt) => {};
+    (crc $_:tt) => {};
+    (clear $_:tt) => {};
+    (line $_:tt) => {};
+    (triangle $_:tt) => {};
+    (fill $_:tt) => {};
+    (rect $_:tt) => {};
+    (fill_rect $_:tt) => {};
+    (circle $_:tt) => {};
+    (fill_circle $_:tt) => {};
+    (poly $_:tt) => {};
+    (fill_poly $_:tt) => {};
+    (text $_:tt) => {};
+    (print $_:tt) => {};
+    (wide_line $_:tt) => {};
+    (ellipse $_:tt) => {};
+    (fill_ellipse $_:tt) => {};
+    (arc $_:tt) => {};
+    (bezier $_:tt) => {};
+    (set_text_size $_:tt) => {};
+    (image_job $_:tt) => {};
+    (help_on $_:tt) => {};
+    (set_size $_:tt) => {};
+    (set_clip $_:tt) => {};
+    (make_canvas $_:tt) => {};
+    (set_target $_:tt) => {};
+    (stamp $_:tt) => {};
+    (set_title $_:tt) => {};
+    (pause $_:tt) => {};
+    (line_aa $_:tt) => {};
+    (set_blend $_:tt) => {};
+    (mesh_job $_:tt) => {};
+    (texture_job $_:tt) => {};
+    (scene_job $_:tt) => {};
+    (eye_job $_:tt) => {};
+    (free $_:tt) => {};
+    (load_job $_:tt) => {};
+    (look_at $_:tt) => {};
+    (set_viewport $_:tt) => {};
+    (reset_model $_:tt) => {};
+    (push_matrix $_:tt) => {};
+    (pop_matrix $_:tt) => {};
+    (translate_model $_:tt) => {};
+    (rotate_model $_:tt) => {};
+    (scale_model $_:tt) => {};
+    (shear_model $_:tt) => {};
+    (multiply_affine $_:tt) => {};
+    (set_ambient $_:tt) => {};
+    (set_light $_:tt) => {};
+    (set_material $_:tt) => {};
+    (use_texture $_:tt) => {};
+    (set_shade $_:tt) => {};
+    (set_cull $_:tt) => {};
+    (set_hide $_:tt) => {};
+    (set_depth_format $_:tt) => {};
+    (set_interpolation $_:tt) => {};
+    (draw $_:tt) => {};
+    (draw_scene $_:tt) => {};
+    (draw_eye $_:tt) => {};
+    (set_quality $_:tt) => {};
+    (depth_at $_:tt) => {};
+    (pick $_:tt) => {};
+    (sync $_:tt) => {};
+    (hello $_:tt) => {};
+    (version $_:tt) => {};
+    (set_auto $_:tt) => {};
+    (present $_:tt) => {};
+    (set_events $_:tt) => {};
+    (set_error_mode $_:tt) => {};
+    (snap_job $_:tt) => {};
+    ($function:ident { $($made:tt)* }) => { $($made)* };
+}
+
+/// Gives `$with! { function VERB Variant { field: Type, ... } }` for each figure.
+macro_rules! each_figure {
+    ($with:ident nested $nested:tt; $($group:ident $encoding:ident $target:ident $rows:tt)*) => {
+        $( each_figure! { $with $target $rows } )*
+    };
+    ($with:ident Figure {$(
+        $verb:ident $variant:ident
+        { $($f:ident $([$w:literal])? : $t:ty $(= $k:ty)?),* $(,)? }
+        = fn $function:ident
+        $(with $($hooked:ident = $hook:ident),+)?
+        $(in $reach:ident)?
+        : $forms:tt eg $example:literal;
+    )*}) => {
+        $( $with! { $function $verb $variant { $($f: $t),* } } )*
+    };
+    ($with:ident $target:ident $rows:tt) => {};
+}
+
+/// Makes the methods of `Client`, and the function `made_methods` that lists their verbs.
+#[cfg(feature = "server")]
+macro_rules! client_methods {
+    (nested $nested:tt; $($group:ident $encoding:ident $target:ident $rows:tt)*) => {
+        $( client_methods! { $target $rows } )*
+
+        /// Returns the verbs whose methods are made.
+        #[cfg(test)]
+        pub(super) fn made_methods() -> Vec<&'static str> {
+            #[allow(unused_mut, reason = "all may be written by hand")]
+            let mut made = Vec::new();
+            $( client_methods! { @list made $target $rows } )*
+            made
+        }
+    };
+    (@list $made:ident Projection $rows:tt) => {};
+    (@list $made:ident $target:ident {$(
+        $verb:ident
+        $( $variant:ident
+            $({ $($f:ident $([$w:literal])? : $t:ty $(= $k:ty)?),* $(,)? })?
+            $(( $($g:ident $([$x:literal])? : $u:ty $(= $l:ty)?),* ))?
+            = $way:ident $function:ident
+            $(with $($hooked:ident = $hook:ident),+)?
+        )|+
+        $(-> $reply:ident)?
+        $(in $reach:ident)?
+        : $forms:tt eg $example:literal;
+    )*}) => {
+        $($( unless_written! { $function { $made.push(stringify!($verb)); } } )+)*
+    };
+    // One method takes all projections.
+    (Projection $rows:tt) => {};
+    ($target:ident {$(
+        $verb:ident
+        $( $variant:ident
+            $({ $($f:ident $([$w:literal])? : $t:ty $(= $k:ty)?),* $(,)? })?
+            $(( $($g:ident $([$x:literal])? : $u:ty $(= $l:ty)?),* ))?
+            = $way:ident $function:ident
+            $(with $($hooked:ident = $hook:ident),+)?
+        )|+
+        $(-> $reply:ident)?
+        $(in $reach:ident)?
+        : $forms:tt eg $example:literal;
+    )*}) => {
+        $( client_methods! {
+            $target $verb [$($reply)?]
+            $( $function $variant $({ $($f: $t),* })? $(( $($g: $u),* ))? )|+
+        } )*
+    };
+    ($target:ident $verb:ident $reply:tt $(
+        $function:ident $variant:ident
+        $({ $($f:ident : $t:ty),* })? $(( $($g:ident : $u:ty),* ))?
+    )|+) => {
+        $( unless_written! { $function {
+            impl Client {
+                client_methods! {
+                    $reply $function (concat!("Sends `", stringify!($verb), "`, with its arguments in order."))
+                    [$($($f: $t,)*)? $($($g: $u,)*)?]
+                    ($target::$variant $({ $($f: $f.into()),* })? $(( $($g.into()),* ))?)
+                }
+            }
+        } } )+
+    };
+    ([] $function:ident ($doc:expr) [$($f:ident : $t:ty,)*] ($made:expr)) => {
+        #[doc = $doc]
+        pub fn $function(&self, $($f: impl Into<$t>),*) {
+            self.send(Command::from($made));
+        }
+    };
+    ([$reply:ident] $function:ident ($doc:expr) [$($f:ident : $t:ty,)*] ($made:expr)) => {
+        #[doc = $doc]
+        ///
+        /// # Errors
+        /// If the command is refused, or the render thread has ended.
+        pub fn $function(&self, $($f: impl Into<$t>),*) -> Result<Vec<u8>, Fault> {
+            self.ask(Command::from($made))
+        }
+    };
+}
+#[cfg(feature = "server")]
+pub(crate) use client_methods;
+pub(crate) use {each_figure, unless_written};
