@@ -212,7 +212,7 @@ pub mod cli;
 
 pub use cancel::CancelToken;
 pub use executor::{Executor, ThreadPool};
-pub use framebuffer::{DrawState, Drawable, Framebuffer};
+pub use framebuffer::{DrawReport, DrawState, Drawable, Framebuffer, InvisibleDraw};
 /// Vectors and matrices, in the version whose types the functions here take.
 pub use glam;
 pub use memory::{Rgba, VideoMemory};

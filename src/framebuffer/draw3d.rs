@@ -2,7 +2,7 @@
 
 use super::Framebuffer;
 use crate::memory::{DepthFormat, MemoryError, PickBuffer};
-use crate::pipeline::{DrawCall, DrawStats, PipelineError, SceneOptions, Target};
+use crate::pipeline::{DrawCall, DrawStats, EmptyDraw, PipelineError, SceneOptions, Target, is_dark};
 use crate::scene::{
     Camera, Cull, Geometry, HiddenSurface, Interpolation, Light, Material, Mesh, Sampling, Scene, ShadeMode,
     Texture, frame_mesh, viewers_light,
@@ -60,6 +60,34 @@ impl Default for DrawState {
     }
 }
 
+/// Result of a draw that was made.
+#[derive(Clone, Copy, Debug)]
+#[must_use = "it says whether the draw shows anything"]
+pub struct DrawReport {
+    /// Counts of the draw's stages.
+    pub stats: DrawStats,
+    /// The reason for which nothing of it can be seen, `None` if something can.
+    pub empty: Option<EmptyDraw>,
+}
+
+impl DrawReport {
+    /// Returns the counts, or the reason for which nothing can be seen as an error.
+    ///
+    /// # Errors
+    /// If nothing of the draw can be seen.
+    pub fn visible(self) -> Result<DrawStats, InvisibleDraw> {
+        match self.empty {
+            None => Ok(self.stats),
+            Some(reason) => Err(InvisibleDraw(reason)),
+        }
+    }
+}
+
+/// A draw that shows nothing, as an error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the draw shows nothing: {0}")]
+pub struct InvisibleDraw(pub EmptyDraw);
+
 /// A mesh that [`Framebuffer::draw`] takes: a [`Mesh`] alone, or a [`Geometry`] with the textures
 /// of its materials.
 ///
@@ -98,13 +126,15 @@ impl Drawable for Arc<Geometry> {
 }
 
 impl Framebuffer {
-    /// Draws a mesh with the settings of [`Framebuffer::state`], as `DRAW` does.
+    /// Draws a mesh with the settings of [`Framebuffer::state`], as `DRAW` does. The report says
+    /// why nothing can be seen of it, if that is so: there is no light at first, a mesh may lie
+    /// outside the view, its faces may be turned away. [`DrawReport::visible`] makes that an error.
     ///
     /// ```
     /// let mut fb = fbptr::Framebuffer::new(64, 48)?;
     /// let teapot = fbptr::scene::shapes::teapot(4)?;
     /// fb.show_whole(&teapot);
-    /// fb.draw(&teapot)?;
+    /// fb.draw(&teapot)?.visible()?;
     /// assert!(fb.depth_at(32, 24)? < 1.0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -112,7 +142,7 @@ impl Framebuffer {
     /// # Errors
     /// If the camera makes no picture, or a number of the settings or the mesh is not finite; the
     /// frame is then unchanged.
-    pub fn draw(&mut self, mesh: &impl Drawable) -> Result<DrawStats, PipelineError> {
+    pub fn draw(&mut self, mesh: &impl Drawable) -> Result<DrawReport, PipelineError> {
         let geometry = mesh.geometry();
         let (width, height) = (self.width(), self.height());
         let Framebuffer { memory, depth, ids, renderer, state, .. } = self;
@@ -132,22 +162,26 @@ impl Framebuffer {
             ..DrawCall::new(&geometry, &state.material, width, height)
         };
         let mut target = Target { memory, depth, depth_format: state.depth_format, ids: ids.as_mut() };
-        renderer.draw(&mut target, &call)
+        let stats = renderer.draw(&mut target, &call)?;
+        Ok(DrawReport { stats, empty: EmptyDraw::of_call(&stats, &call, [width, height], is_dark(&call)) })
     }
 
     /// Draws a scene, as `DRAWSCENE` does: its background, its objects, and last the transparent
     /// faces. Camera, shading, hidden surfaces and interpolation are those of
-    /// [`Framebuffer::state`] where the scene has none of its own.
+    /// [`Framebuffer::state`] where the scene has none of its own. The report is that of
+    /// [`Framebuffer::draw`].
     ///
     /// # Errors
     /// Those of [`Framebuffer::draw`].
-    pub fn draw_scene(&mut self, scene: &Scene) -> Result<DrawStats, PipelineError> {
+    pub fn draw_scene(&mut self, scene: &Scene) -> Result<DrawReport, PipelineError> {
+        let frame = [self.width(), self.height()];
         let DrawState { camera, shade, hide, interp, name, .. } = self.state;
         let size = SceneOptions::new(self.width(), self.height());
         let options = SceneOptions { camera, shade, hide, interp, first_name: name, ..size };
         let Framebuffer { memory, depth, ids, renderer, state, .. } = self;
         let mut target = Target { memory, depth, depth_format: state.depth_format, ids: ids.as_mut() };
-        renderer.draw_scene(&mut target, scene, &options)
+        let stats = renderer.draw_scene(&mut target, scene, &options)?;
+        Ok(DrawReport { stats, empty: EmptyDraw::of_scene(&stats, scene, &options, frame) })
     }
 
     /// Sets a camera that shows all of a mesh from its front, somewhat from the right and above, a

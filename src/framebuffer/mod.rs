@@ -16,7 +16,7 @@ mod draw3d;
 mod embedded;
 mod files;
 
-pub use draw3d::{DrawState, Drawable};
+pub use draw3d::{DrawReport, DrawState, Drawable, InvisibleDraw};
 
 use crate::draw2d::Blend;
 use crate::memory::{DepthMemory, MemoryError, PickBuffer, Rgba, VideoMemory};

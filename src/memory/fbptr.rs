@@ -17,9 +17,9 @@ impl FbPtr {
     }
 
     /// Returns the pointer to the first byte (R) of pixel (x, y) in a frame `width` pixels wide:
-    /// `(width * y + x) * 4`.
+    /// `(width * y + x) * 4`, which saturates beyond all frames.
     pub const fn of_pixel(width: u32, x: u32, y: u32) -> Self {
-        FbPtr((width as u64 * y as u64 + x as u64) * 4)
+        FbPtr((width as u64 * y as u64 + x as u64).saturating_mul(4))
     }
 
     /// Returns the offset in bytes.

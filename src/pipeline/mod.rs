@@ -22,6 +22,7 @@ mod backdrop;
 mod clip;
 mod depth_sort;
 mod draw_call;
+mod empty_draw;
 mod geometry_cache;
 mod indexed_mesh;
 mod light;
@@ -58,6 +59,7 @@ pub use clip::{ClipVertex, ClippedLine, clip_line, clip_polygon};
 pub use draw_call::{
     CoarseDepth, DepthUse, DrawCall, DrawStats, PathCounts, PipelineError, RenderPath, SceneOptions, Target,
 };
+pub use empty_draw::{EmptyDraw, is_dark};
 pub(crate) use normals::polygon_normal;
 pub use plan::{Part, Plan, PlanItem, Title};
 pub use preemption::{Preemption, TargetOwner};

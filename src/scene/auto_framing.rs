@@ -36,7 +36,9 @@ pub fn frame_mesh(mesh: &Mesh, bounds: (DVec3, DVec3), aspect: f64, is_open: boo
     let mut sum = DVec3::ZERO;
     let mut total = 0.0;
     for t in &mesh.triangles {
-        let [a, b, c] = t.map(|i| mesh.positions[mesh.corners[i as usize].position as usize]);
+        // A mesh may be broken here: the draw refuses it.
+        let position = |i: u32| mesh.positions.get(mesh.corners.get(i as usize)?.position as usize).copied();
+        let [Some(a), Some(b), Some(c)] = t.map(position) else { continue };
         let normal = (b - a).cross(c - a);
         sum += normal;
         total += normal.length();

@@ -64,14 +64,10 @@ pub struct Mesh {
 
 impl Mesh {
     /// Creates a mesh of plain triangles over shared positions. Smooth normals are derived from the
-    /// faces when it is drawn.
-    ///
-    /// # Panics
-    /// If an index is not a position.
+    /// faces when it is drawn. A draw refuses a mesh with an index that is not a position.
     pub fn from_triangles(positions: Vec<DVec3>, triangles: &[[u32; 3]]) -> Self {
         let mut mesh = Mesh { positions, ..Mesh::default() };
         for t in triangles {
-            assert!(t.iter().all(|&i| (i as usize) < mesh.positions.len()), "triangle index out of range");
             let corners = t.map(|position| Corner { position, normal: NONE, texcoord: NONE, color: NONE });
             mesh.push_polygon(&corners, NONE);
         }
@@ -81,7 +77,7 @@ impl Mesh {
     /// Adds a polygon. A convex one is fanned at its first corner, a concave one is cut into ears,
     /// in order.
     ///
-    /// The corners' indices must be valid. Fewer than three corners add nothing.
+    /// Fewer than three corners add nothing. A draw refuses a mesh with indices that are not valid.
     pub fn push_polygon(&mut self, corners: &[Corner], material: u32) {
         if corners.len() < 3 {
             return;
@@ -95,20 +91,22 @@ impl Mesh {
             self.triangle_polygon.push(polygon);
             return;
         }
-        let points: Vec<DVec3> = corners.iter().map(|c| self.positions[c.position as usize]).collect();
+        let position = |c: &Corner| self.positions.get(c.position as usize).copied().unwrap_or_default();
+        let points: Vec<DVec3> = corners.iter().map(position).collect();
         for t in crate::math::polygon::triangulate(&points) {
             self.triangles.push(t.map(|i| first_corner + i));
             self.triangle_polygon.push(polygon);
         }
     }
 
-    /// Returns the corners of polygon number `polygon`, counter-clockwise.
-    ///
-    /// # Panics
-    /// If there is no such polygon.
+    /// Returns the corners of polygon number `polygon`, counter-clockwise; none if there is no such
+    /// polygon.
     pub fn polygon_corners(&self, polygon: usize) -> &[Corner] {
-        let p = &self.polygons[polygon];
-        &self.corners[p.first_corner as usize..p.first_corner as usize + p.corner_count as usize]
+        let corners_of = |p: &Polygon| {
+            let first = p.first_corner as usize;
+            self.corners.get(first..first.checked_add(p.corner_count as usize)?)
+        };
+        self.polygons.get(polygon).and_then(corners_of).unwrap_or_default()
     }
 
     /// Returns the low and high corner of the object-space box around all positions, or `None`

@@ -160,7 +160,7 @@ fn every_kind_of_item_is_listed_and_nothing_hidden_is() {
     let files = [
         (
             "lib.rs",
-            "pub mod a;\n#[doc(hidden)]\npub mod b;\nmod c;\npub use a::Thing;\npub use c::{deep::Deep, run as go};\npub use glam;\n",
+            "pub mod a;\n#[doc(hidden)]\npub mod b;\nmod c;\npub use a::Thing;\npub use c::{Ask, deep::Deep, run as go};\npub use glam;\n",
         ),
         (
             "a/mod.rs",
@@ -177,8 +177,12 @@ fn every_kind_of_item_is_listed_and_nothing_hidden_is() {
             "a/words.rs",
             "keywords! {\n    /// Doc.\n    Word {\n        /// Doc.\n        One = \"one\",\n    }\n}\n",
         ),
+        (
+            "c/table.rs",
+            "rows! {\nGroup Text Ask {\n    A One { x: [u8; 2], y[\"y z\"]: u32 } = fn one\n        | Two(x: u32) = fn two -> Line: [\n        \"A x\": \"asks\",\n    ] eg \"A\";\n    B Three: \"tells\" eg \"B\";\n}\n}\n",
+        ),
         ("b.rs", "pub struct Hidden;\npub fn hidden() {}\n"),
-        ("c/mod.rs", "pub mod deep;\npub fn run() {}\npub fn other() {}\n"),
+        ("c/mod.rs", "mod table;\npub use table::Ask;\npub mod deep;\npub fn run() {}\npub fn other() {}\n"),
         (
             "c/deep.rs",
             "pub enum Deep {\n    /// Doc.\n    A,\n    B { n: u8 },\n}\npub trait T {\n    fn m(&self);\n}\n",
@@ -186,6 +190,10 @@ fn every_kind_of_item_is_listed_and_nothing_hidden_is() {
     ];
     let sources: Sources = files.map(|(name, text)| (name.to_owned(), text.to_owned())).into();
     let expected = [
+        "fbptr::Ask: . A One { x: [u8; 2], y[\"y z\"]: u32 }",
+        "fbptr::Ask: . B Three",
+        "fbptr::Ask: . | Two(x: u32)",
+        "fbptr::Ask: language! Ask",
         "fbptr::Deep: . A",
         "fbptr::Deep: . B { n: u8 }",
         "fbptr::Deep: pub enum Deep",

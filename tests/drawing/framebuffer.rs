@@ -7,10 +7,10 @@ use fbptr::command::{
 use fbptr::draw2d::{self, Blend};
 use fbptr::glam::DVec3;
 use fbptr::math::matrix;
-use fbptr::pipeline::DrawStats;
+use fbptr::pipeline::{DrawStats, EmptyDraw};
 use fbptr::scene::{Cull, LightKind, ShadeMode, shapes};
 use fbptr::server::{Audience, Engine, Session};
-use fbptr::{Camera, Framebuffer, Geometry, Light, Material, VideoMemory};
+use fbptr::{Camera, Framebuffer, Geometry, Light, Material, Mesh, Scene, VideoMemory, glam};
 use std::sync::Arc;
 
 const SIZE: [u32; 2] = [96, 64];
@@ -230,9 +230,9 @@ fn a_mesh_is_drawn_as_draw_does_from_every_kind_of_mesh() {
     let geometry = Geometry::from(teapot.clone());
     let shared = Arc::new(geometry.clone());
     let pictures = [
-        draw(&|fb| fb.draw(&teapot).expect("a camera")),
-        draw(&|fb| fb.draw(&geometry).expect("a camera")),
-        draw(&|fb| fb.draw(&shared).expect("a camera")),
+        draw(&|fb| fb.draw(&teapot).expect("a camera").stats),
+        draw(&|fb| fb.draw(&geometry).expect("a camera").stats),
+        draw(&|fb| fb.draw(&shared).expect("a camera").stats),
     ];
     for fb in &pictures {
         assert!(fb.memory().bytes() == verbs.engine.memory().bytes());
@@ -251,7 +251,7 @@ fn show_whole_lights_a_mesh_and_brings_it_into_the_frame() {
     let mesh = shapes::cuboid(DVec3::new(4000.0, 2000.0, 3000.0)).expect("a size");
     fb.show_whole(&mesh);
     assert!(matches!(fb.state.lights[..], [Light { kind: LightKind::Directional { .. }, .. }]));
-    fb.draw(&mesh).expect("a camera");
+    fb.draw(&mesh).expect("a camera").visible().expect("it is seen");
     let is_lit = |x: u32, y: u32| fb.get_pixel(x as i32, y as i32).expect("inside")[0] > 20;
     let columns: Vec<u32> = (0..SIZE[0]).filter(|&x| (0..SIZE[1]).any(|y| is_lit(x, y))).collect();
     let rows: Vec<u32> = (0..SIZE[1]).filter(|&y| (0..SIZE[0]).any(|x| is_lit(x, y))).collect();
@@ -261,4 +261,52 @@ fn show_whole_lights_a_mesh_and_brings_it_into_the_frame() {
         assert_eq!(lit.len() as u32, lit[lit.len() - 1] - lit[0] + 1, "{lit:?}");
     }
     assert!(columns.len() > 60 || rows.len() > 40, "{columns:?} {rows:?}");
+}
+
+#[test]
+fn a_draw_that_shows_nothing_says_why() {
+    let sphere = shapes::sphere(1.0).expect("a size");
+    let cases: [(EmptyDraw, fn(&mut Framebuffer)); 6] = [
+        (EmptyDraw::NoLight, |fb| {
+            fb.state.lights.clear();
+            fb.state.ambient = DVec3::ZERO;
+        }),
+        (EmptyDraw::Culled, |fb| {
+            // From inside, all faces are seen from the back.
+            fb.state.cull = Cull::Back;
+            fb.state.model = glam::DMat4::from_scale(DVec3::splat(100.0));
+            fb.state.camera = Camera::default();
+        }),
+        (EmptyDraw::BehindEye, |fb| {
+            let eye = fb.state.camera.look_at.eye;
+            fb.state.model = glam::DMat4::from_translation(eye * 3.0);
+        }),
+        (EmptyDraw::OutsideView, |fb| {
+            let look_at = fb.state.camera.look_at;
+            let right = (look_at.reference - look_at.eye).cross(look_at.up);
+            fb.state.model = glam::DMat4::from_translation(right * 9.0);
+        }),
+        (EmptyDraw::TooSmall, |fb| fb.state.model = glam::DMat4::from_scale(DVec3::splat(1e-9))),
+        (EmptyDraw::Hidden, |fb| {
+            fb.draw(&shapes::sphere(1.0).expect("a size")).expect("a camera").visible().expect("it is seen");
+            fb.state.model = glam::DMat4::from_scale(DVec3::splat(0.2));
+        }),
+    ];
+    for (reason, set) in cases {
+        let mut fb = Framebuffer::new(SIZE[0], SIZE[1]).expect("a frame");
+        fb.show_whole(&sphere);
+        set(&mut fb);
+        let report = fb.draw(&sphere).expect("a camera");
+        assert_eq!(report.empty, Some(reason), "{report:?}");
+        let refused = report.visible().expect_err("nothing is seen").to_string();
+        assert_eq!(refused, format!("the draw shows nothing: {reason}"));
+        if reason != EmptyDraw::Hidden {
+            let scene = Scene { ambient: DVec3::ZERO, ..Scene::default() };
+            assert_eq!(fb.draw_scene(&scene).expect("a camera").empty, Some(EmptyDraw::NoContent));
+        }
+    }
+    // A new framebuffer has no light.
+    let mut fb = Framebuffer::new(SIZE[0], SIZE[1]).expect("a frame");
+    assert_eq!(fb.draw(&sphere).expect("a camera").empty, Some(EmptyDraw::NoLight));
+    assert_eq!(fb.draw(&Mesh::default()).expect("a camera").empty, Some(EmptyDraw::NoContent));
 }

@@ -11,6 +11,7 @@ mod fast_path;
 mod fragments;
 mod framebuffer;
 mod hard_cases;
+mod hostile_arguments;
 mod pipeline_truth;
 mod plan_paths;
 mod recipes;

@@ -4,7 +4,7 @@
 //! numbers in the engine's buffers; counters; replies of DEPTHAT and PICK.
 
 use super::drawing::{Drawing, MeshDraw, SceneDraw};
-use super::empty_draw::{self, EmptyDraw};
+use super::empty_draw;
 use super::quality::{Found, QualityRequest};
 use super::scene_request::{MadeScene, SceneRequest};
 use super::{Effect, Engine, Job, JobResult, Progress, default_view};
@@ -13,7 +13,7 @@ use crate::error::{Code, Fault};
 use crate::math::matrix;
 use crate::memory::{MemoryUse, Reservation};
 use crate::pipeline::quality::BudgetKind;
-use crate::pipeline::{DrawStats, PipelineError, SceneOptions};
+use crate::pipeline::{DrawStats, EmptyDraw, PipelineError, SceneOptions, is_dark};
 use crate::scene::{
     Camera, CameraError, Light, LightKind, LookAt, Projection, QualityUse, Sampling, TextureUse,
     TransparencyOrder, Viewport, ViewportRule,
@@ -193,7 +193,7 @@ impl Engine {
             interp: s.interp,
             is_dark: false,
         };
-        draw.is_dark = empty_draw::is_dark(&draw.call());
+        draw.is_dark = is_dark(&draw.call());
         if let (Quality::MaxError(max_error), QualityUse::AsGiven) =
             (s.quality, self.rendering.view_overrides.quality)
         {
@@ -303,14 +303,15 @@ impl Engine {
     ) -> Result<(), Fault> {
         self.framebuffer.count_target();
         let stats = result?;
+        let frame = [self.framebuffer.width(), self.framebuffer.height()];
         let empty = match drawing {
             Drawing::Mesh(draw) => {
                 self.follow_draw(&draw.call(), &draw.name);
-                self.empty_call(&stats, &draw.call(), draw.is_dark)
+                EmptyDraw::of_call(&stats, &draw.call(), frame, draw.is_dark)
             }
             Drawing::Scene(draw) => {
                 self.follow_scene(&draw.scene, &draw.options);
-                self.empty_scene(&stats, &draw.scene, &draw.options)
+                EmptyDraw::of_scene(&stats, &draw.scene, &draw.options, frame)
             }
         };
         self.note_draw(s, &stats);

@@ -3,7 +3,7 @@
 //! In: payloads and file names. Out: jobs that decode them, and resources under their names.
 
 use super::draw3d::missing;
-use super::empty_draw::{self, EmptyDraw};
+use super::empty_draw;
 use super::files::FileReader;
 use super::job::{Job, JobResult};
 use super::{Effect, Engine, Progress, Resources};
@@ -14,6 +14,7 @@ use crate::eye::{self, EyeError, EyeScene};
 use crate::load::x3d::X3dDocument;
 use crate::load::{self, FilePosition, LoadError, LoadMemory, LoadWarning, MeshFormat, Smoothing};
 use crate::memory::{MemoryUse, Reservation};
+use crate::pipeline::EmptyDraw;
 use crate::scene::{Geometry, Mesh, Scene, Texture, shapes};
 use crate::server::Session;
 use crate::server::resources::{Eye, Resource, ResourceKind, ResourceTable};

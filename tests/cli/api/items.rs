@@ -178,11 +178,34 @@ fn from_table(lines: &[&str], name: &str) -> Option<Item> {
         let is_block = lines[at].ends_with(&format!(" {name} {{"));
         is_block && lines[at].starts_with(char::is_uppercase)
     });
-    let rows = heads.flat_map(|at| lines[at + 1..].iter().take_while(|line| !line.starts_with('}')));
-    let is_row = |line: &&&str| line.strip_prefix("    ").is_some_and(|l| l.starts_with(char::is_uppercase));
-    let members: Vec<String> = rows.filter(is_row).map(|line| line.trim().to_owned()).collect();
+    let rows: Vec<&str> = heads
+        .flat_map(|at| lines[at + 1..].iter().take_while(|line| !line.starts_with('}')))
+        .copied()
+        .collect();
+    let is_row = |line: &str| {
+        let begins =
+            |indent: &str, c: fn(char) -> bool| line.strip_prefix(indent).is_some_and(|l| l.starts_with(c));
+        begins("    ", char::is_uppercase) || begins("        ", |c| c == '|')
+    };
+    // A variant with many fields takes several lines.
+    let whole = |at: usize| match rows[at].ends_with('{') {
+        true => {
+            let end = rows[at..].iter().position(|line| line.starts_with("    }")).unwrap_or(0);
+            rows[at..=at + end].iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ")
+        }
+        false => rows[at].to_owned(),
+    };
+    let starts = (0..rows.len()).filter(|&at| is_row(rows[at]));
+    let members: Vec<String> = starts.map(|at| variant_of_row(&whole(at)).to_owned()).collect();
     let (kind, signature) = ("macro".to_owned(), format!("language! {name}"));
     (!members.is_empty()).then(|| Item { kind, name: name.to_owned(), is_hidden: false, signature, members })
+}
+
+/// Returns a row of the verb table up to its function or its text: the verb, and the variant with its
+/// fields.
+fn variant_of_row(row: &str) -> &str {
+    let ends = [" = fn ", " = job ", ": \""].iter().filter_map(|end| row.find(end)).min();
+    row[..ends.unwrap_or(row.len())].trim().trim_end_matches(": [").trim_end_matches(':')
 }
 
 /// Returns the methods of a type in a source, and the traits that it implements there.

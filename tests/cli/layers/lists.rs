@@ -83,6 +83,7 @@ pub const PIPELINE: Edges = &[
     ("preemption", &["draw_call"]),
     ("backdrop", &["draw_call", "preemption", "viewport"]),
     ("geometry_cache", &["draw_call", "indexed_mesh", "normals"]),
+    ("empty_draw", &["draw_call"]),
     ("planner", &["draw_call", "geometry_cache", "light", "plan", "vertex", "working"]),
     (
         "prepared_draw",

@@ -2,9 +2,10 @@
 //! mesh of a folder of test data, and random scenes. Two builds of it print the same lines if they
 //! draw the same bytes.
 //!
-//! Usage: `crcs DATA [COUNT]`, where `DATA` is `tests/data` and `COUNT` the number of random scenes.
+//! Usage: `crcs DATA [COUNT] [--spoil]`, where `DATA` is `tests/data` and `COUNT` the number of random scenes.
 //! Pictures that have a golden file in `DATA/x3d/golden` are compared with it; a difference, as a
-//! scene that no longer loads, ends the program with status 1.
+//! scene that no longer loads, ends the program with status 1. With `--spoil` the lowest bit of one
+//! pixel of each random picture is changed, so that a comparison of the lines can be tested.
 
 mod random;
 
@@ -24,7 +25,8 @@ const TIMES: [f64; 3] = [0.0, 1.0, 2.5];
 type Outcome = Result<(), Box<dyn Error>>;
 
 fn main() -> Outcome {
-    let mut words = std::env::args_os().skip(1);
+    let (flags, words): (Vec<_>, Vec<_>) = std::env::args_os().skip(1).partition(|word| word == "--spoil");
+    let mut words = words.into_iter();
     let data = PathBuf::from(words.next().ok_or("expected: crcs DATA [COUNT]")?);
     let count = words.next().map_or(Ok(200), |word| word.to_string_lossy().parse())?;
     for (i, crc) in fbptr_lean::Tour::play()?.crcs().iter().enumerate() {
@@ -43,7 +45,13 @@ fn main() -> Outcome {
         println!("eye {} {:08x}", name(&path, &data), fb.crc());
     }
     for seed in 0..count {
-        println!("random {seed} {:08x}", random::picture(seed)?.crc());
+        let mut fb = random::picture(seed)?;
+        if !flags.is_empty() {
+            let offset = seed * 4 % fb.memory().bytes().len() as u64;
+            let byte = fb.peek(offset, 1)?[0];
+            fb.poke(offset, &[byte ^ 1])?;
+        }
+        println!("random {seed} {:08x}", fb.crc());
     }
     Ok(())
 }
@@ -84,7 +92,7 @@ fn x3d_pictures(path: &Path, data: &Path) -> Outcome {
         let scene = document.at(time);
         let reference = by_reference(&scene)?;
         let mut fast = Framebuffer::new(SIZE[0], SIZE[1])?;
-        fast.draw_scene(&scene)?;
+        let _ = fast.draw_scene(&scene)?;
         println!("{name} at {time} {:08x} {:08x}", reference.crc(), fast.crc());
         let stem = name.trim_start_matches("x3d/").replace('/', "-").replace(".x3d", "");
         let golden = data.join("x3d/golden").join(format!("{stem}-at-{time}.png"));
@@ -107,7 +115,7 @@ fn mesh_picture(path: &Path, data: &Path) -> Outcome {
     match fb.load_obj(path) {
         Ok(mesh) => {
             fb.show_whole(&mesh);
-            fb.draw(&mesh)?;
+            let _ = fb.draw(&mesh)?;
             println!("{} {:08x}", name(path, data), fb.crc());
         }
         Err(refused) => println!("{} {}", name(path, data), refused.kind),

@@ -56,7 +56,7 @@ pub fn picture(seed: u64) -> Result<Framebuffer, Box<dyn Error>> {
     for _ in 0..1 + random.below(4) {
         state(&mut fb, &mut random)?;
         let mesh = mesh(&mut random)?;
-        fb.draw(&mesh)?;
+        let _ = fb.draw(&mesh)?;
     }
     figure(&mut fb, &mut random)?;
     Ok(fb)

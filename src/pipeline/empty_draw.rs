@@ -1,0 +1,148 @@
+//! Draws that show nothing, and why.
+//!
+//! In: the counts of a draw's stages, and its call where they do not suffice. Out: an [`EmptyDraw`].
+//! Promises: the contents of the buffers are not read, so the reason depends on nothing but the call
+//! and the depths that it met; for a draw that writes pixels it costs at most one pass over its
+//! lights.
+
+use super::{DrawCall, DrawStats, SceneOptions};
+use crate::scene::{Camera, Light, LightingModel, Material, Mesh, Scene, ShadeMode, Viewport};
+use glam::{DMat4, DVec3};
+use std::fmt;
+
+/// Reason for which a draw shows nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EmptyDraw {
+    /// There are no faces, lines or points in it.
+    NoContent,
+    /// No pixel of the frame lies in its viewport.
+    NoViewport,
+    /// All of it is black: no light reaches it, and it emits none.
+    NoLight,
+    /// All faces in view are left out by the side seen.
+    Culled,
+    /// All of it lies behind the eye.
+    BehindEye,
+    /// All of it lies outside the view.
+    OutsideView,
+    /// No face covers the centre of a pixel.
+    TooSmall,
+    /// All its pixels lie behind what is there, or outside near and far.
+    Hidden,
+}
+
+impl fmt::Display for EmptyDraw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            EmptyDraw::NoContent => "there are no faces, lines or points in it",
+            EmptyDraw::NoViewport => "no pixel of the frame lies in its viewport",
+            EmptyDraw::NoLight => "all of it is black: no light reaches it, and it emits none",
+            EmptyDraw::Culled => "all faces in view are left out by the side seen",
+            EmptyDraw::BehindEye => "all of it lies behind the eye",
+            EmptyDraw::OutsideView => "all of it lies outside the view",
+            EmptyDraw::TooSmall => "no face covers the centre of a pixel",
+            EmptyDraw::Hidden => "all its pixels lie behind what is there, or outside near and far",
+        })
+    }
+}
+
+impl EmptyDraw {
+    /// Returns the reason why a draw of `call` on a frame of this size showed nothing, by the counts
+    /// of its stages; `None` if it showed something. `is_dark` is [`is_dark`] of the call as it was
+    /// wanted.
+    pub fn of_call(stats: &DrawStats, call: &DrawCall, frame: [u32; 2], is_dark: bool) -> Option<EmptyDraw> {
+        let mesh = &call.geometry.mesh;
+        Some(match stats.pixels_written {
+            0 if is_without_content(mesh) => EmptyDraw::NoContent,
+            0 if !is_on_frame(call.viewport, frame) => EmptyDraw::NoViewport,
+            0 => EmptyDraw::of_counts(stats, || is_behind_eye(&call.camera, mesh.bounds(), call.model)),
+            _ if is_dark => EmptyDraw::NoLight,
+            _ => return None,
+        })
+    }
+
+    /// Returns the reason why the draw of a scene on a frame of this size showed nothing; `None` if
+    /// it showed something.
+    pub fn of_scene(
+        stats: &DrawStats,
+        scene: &Scene,
+        options: &SceneOptions,
+        frame: [u32; 2],
+    ) -> Option<EmptyDraw> {
+        let is_empty = || scene.objects.iter().all(|object| is_without_content(&object.geometry.mesh));
+        let is_dark = |object| is_dark(&DrawCall::of_object(object, scene, options));
+        let camera = scene.camera.unwrap_or(options.camera);
+        Some(match stats.pixels_written {
+            0 if is_empty() => EmptyDraw::NoContent,
+            0 if !is_on_frame(options.viewport, frame) => EmptyDraw::NoViewport,
+            0 => EmptyDraw::of_counts(stats, || is_behind_eye(&camera, scene.bounds(), DMat4::IDENTITY)),
+            _ if scene.lights.iter().all(is_off) && scene.objects.iter().all(is_dark) => EmptyDraw::NoLight,
+            _ => return None,
+        })
+    }
+
+    /// Returns the reason that the stages' counts show, for a draw that had faces, lines or points
+    /// and wrote no pixel.
+    fn of_counts(stats: &DrawStats, is_behind_eye: impl FnOnce() -> bool) -> EmptyDraw {
+        if stats.pixels_tested > 0 || stats.faces_hidden > 0 {
+            EmptyDraw::Hidden
+        } else if stats.faces_drawn + stats.lines_drawn + stats.points_drawn > 0 {
+            EmptyDraw::TooSmall
+        } else if stats.faces_culled > 0 {
+            EmptyDraw::Culled
+        } else if is_behind_eye() {
+            EmptyDraw::BehindEye
+        } else if stats.faces_empty > 0 && stats.faces_outside == 0 {
+            EmptyDraw::TooSmall
+        } else {
+            EmptyDraw::OutsideView
+        }
+    }
+}
+
+/// Returns whether a viewport contains any pixel of a frame.
+fn is_on_frame(viewport: Viewport, [width, height]: [u32; 2]) -> bool {
+    let meets = |start: i32, length: u32, side: u32| {
+        let (start, end) = (i64::from(start), i64::from(start) + i64::from(length));
+        length > 0 && start < i64::from(side) && end > 0
+    };
+    meets(viewport.x, viewport.width, width) && meets(viewport.y, viewport.height, height)
+}
+
+fn is_without_content(mesh: &Mesh) -> bool {
+    mesh.triangles.is_empty() && mesh.lines.is_empty() && mesh.points.is_empty()
+}
+
+fn is_off(light: &Light) -> bool {
+    light.color == DVec3::ZERO && light.ambient == DVec3::ZERO
+}
+
+/// Returns whether a draw is certainly black, whatever it covers: faces only, no light on, no
+/// emissive color.
+pub fn is_dark(call: &DrawCall) -> bool {
+    let reaches = |i: usize| call.light_subset.is_none_or(|subset| subset.contains(&(i as u32)));
+    if call.lights.iter().enumerate().any(|(i, light)| !is_off(light) && reaches(i)) {
+        return false;
+    }
+    let mesh = &call.geometry.mesh;
+    let is_black = |m: &Material| {
+        m.model != LightingModel::Unlit && m.emissive == DVec3::ZERO && m.ka * call.ambient == DVec3::ZERO
+    };
+    call.shade != ShadeMode::Wire
+        && call.fog.is_none()
+        && mesh.lines.is_empty()
+        && mesh.points.is_empty()
+        && is_black(call.material)
+        && call.back_material.is_none_or(is_black)
+        && mesh.materials.iter().all(is_black)
+}
+
+/// Returns whether all corners of a box, transformed to world space by `model`, lie behind the eye.
+fn is_behind_eye(camera: &Camera, bounds: Option<(DVec3, DVec3)>, model: DMat4) -> bool {
+    // The aspect ratio does not matter here.
+    let (Some((low, high)), Ok(matrices)) = (bounds, camera.matrices(1.0)) else { return false };
+    (0..8).all(|i| {
+        let pick = |k: usize| if i >> k & 1 == 1 { high[k] } else { low[k] };
+        (matrices.view * model * DVec3::new(pick(0), pick(1), pick(2)).extend(1.0)).z >= 0.0
+    })
+}
