@@ -438,6 +438,6 @@ macro_rules! language {
 
 pub(super) use {
     call, call_nested, codec, command_enum, draw_figures, enums, figures, first, forms, hooked, kind,
-    language, parser, pass, payload_of, projections, reach, read_variant, reply, table, variant_doc, verb_of, words,
-    wrap,
+    language, parser, pass, payload_of, projections, reach, read_variant, reply, table, variant_doc, verb_of,
+    words, wrap,
 };

@@ -35,31 +35,15 @@ impl FigureTarget<'_> {
         super::rect(self.memory, rect, color, self.blend)
     }
 
-    pub(crate) fn fill_rect(
-        &mut self,
-        rect: RealRect,
-        color: Rgba,
-    ) -> Result<(), DrawError> {
+    pub(crate) fn fill_rect(&mut self, rect: RealRect, color: Rgba) -> Result<(), DrawError> {
         super::fill_rect(self.memory, rect, color, self.blend)
     }
 
-    pub(crate) fn circle(
-        &mut self,
-        cx: i32,
-        cy: i32,
-        r: i32,
-        color: Rgba,
-    ) -> Result<(), DrawError> {
+    pub(crate) fn circle(&mut self, cx: i32, cy: i32, r: i32, color: Rgba) -> Result<(), DrawError> {
         super::circle(self.memory, [cx, cy], r, color, self.blend)
     }
 
-    pub(crate) fn fill_circle(
-        &mut self,
-        cx: f64,
-        cy: f64,
-        r: f64,
-        color: Rgba,
-    ) -> Result<(), DrawError> {
+    pub(crate) fn fill_circle(&mut self, cx: f64, cy: f64, r: f64, color: Rgba) -> Result<(), DrawError> {
         super::fill_circle(self.memory, [cx, cy], r, color, self.blend)
     }
 
@@ -71,23 +55,11 @@ impl FigureTarget<'_> {
         super::fill_poly(self.memory, points, color, self.blend);
     }
 
-    pub(crate) fn text(
-        &mut self,
-        x: i32,
-        y: i32,
-        color: Rgba,
-        utf8: &[u8],
-    ) -> Result<(), DrawError> {
+    pub(crate) fn text(&mut self, x: i32, y: i32, color: Rgba, utf8: &[u8]) -> Result<(), DrawError> {
         super::scaled_text(self.memory, [x, y], utf8, self.text_size, color, self.blend)
     }
 
-    pub(crate) fn print(
-        &mut self,
-        x: i32,
-        y: i32,
-        color: Rgba,
-        text: &str,
-    ) -> Result<(), DrawError> {
+    pub(crate) fn print(&mut self, x: i32, y: i32, color: Rgba, text: &str) -> Result<(), DrawError> {
         self.text(x, y, color, text.as_bytes())
     }
 
@@ -129,12 +101,7 @@ impl FigureTarget<'_> {
         super::arc(self.memory, Arc { center, radii, angles }, color, self.blend)
     }
 
-    pub(crate) fn bezier(
-        &mut self,
-        points: [[f64; 2]; 4],
-        width: f64,
-        color: Rgba,
-    ) -> Result<(), DrawError> {
+    pub(crate) fn bezier(&mut self, points: [[f64; 2]; 4], width: f64, color: Rgba) -> Result<(), DrawError> {
         super::bezier(self.memory, points, width, color, self.blend)
     }
 

@@ -128,8 +128,11 @@ fn items(text: &str) -> Vec<Item> {
             let is_alone =
                 start == 0 || !(code[start - 1].is_ascii_alphanumeric() || b"_$".contains(&code[start - 1]));
             let name = word_at(start + keyword.len());
+            // `fn $name:ident` is a pattern of a macro.
+            let is_pattern = code.get(start + keyword.len() + name.len()) == Some(&b':');
             if let Some(end) = end_of_body(&code, start + keyword.len())
                 && is_alone
+                && !is_pattern
                 && !name.is_empty()
             {
                 let line = line_of(start);
@@ -169,9 +172,10 @@ fn functions_and_files_have_bounded_lengths() {
 fn the_reader_of_functions_sees_bodies_and_nothing_else() {
     let text = "// fn no() {\nfn a<'a>(x: &'a [u8; { 2 }]) -> char {\n    \"}\\\"\"; '}'; r#\"}\"\n}\"#;\n}\n\
         trait T { fn declared(&self); /* fn b() { */ fn c() { fn d() {\n } } }\n\
-        type P = fn(u8);\nmacro_rules! m { () => { fn $e() {\n}\n } }";
+        type P = fn(u8);\nmacro_rules! m { () => { fn $e() {\n}\n } }\n\
+        macro_rules! p { (fn $e:ident {}) => {} }";
     let found: Vec<(String, usize, usize)> =
         items(text).into_iter().map(|i| (i.name, i.line, i.lines)).collect();
-    let expected = [("a", 2, 4), ("c", 6, 2), ("d", 6, 2), ("$e", 9, 2), ("m", 9, 3)];
+    let expected = [("a", 2, 4), ("c", 6, 2), ("d", 6, 2), ("$e", 9, 2), ("m", 9, 3), ("p", 12, 1)];
     assert_eq!(found, expected.map(|(name, line, lines)| (name.to_owned(), line, lines)));
 }

@@ -172,17 +172,19 @@ impl Sink for Figures {
 
 #[test]
 fn the_example_of_every_figure_is_drawn_as_the_engine_draws_it() {
-    let figures = Verb::all().iter().filter(|v| v.group == Group::TwoD && v.name != "BLEND");
-    assert!(figures.clone().count() >= 11);
-    for verb in figures {
+    let mut count = 0;
+    for verb in Verb::all().iter().filter(|verb| verb.group == Group::TwoD) {
         let example = format!("{}\n", verb.example);
         let mut decoded = Figures::default();
         let mut decoder = Decoder::new(Limits::default());
         assert_eq!(decoder.feed(example.as_bytes(), &mut decoded), Flow::Continue);
-        let [figure] = &decoded.0[..] else { panic!("{example:?} is no figure") };
+        // The others set a mode, or need a file.
+        let [figure] = &decoded.0[..] else { continue };
+        count += 1;
         let (expected, found) = both(&example, |fb| fb.figure(figure).expect("it is valid"));
         assert!(expected.bytes() == found.bytes(), "{example:?}");
     }
+    assert!(count >= 17, "{count} figures");
 }
 
 #[test]

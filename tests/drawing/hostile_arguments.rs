@@ -329,6 +329,14 @@ fn states_and_cameras_take_any_numbers() {
             t.try_call(&format!("frame {a} {b}"), || frame((v, -v), a));
             t.try_call(&format!("of_mesh {a}"), || Scene::of_mesh(pot.clone(), "a", a, false));
         }
+    }
+    t.end(2000);
+}
+
+#[test]
+fn shapes_and_textures_take_any_sizes() {
+    let mut t = Trials::default();
+    for a in REALS {
         t.try_call(&format!("sphere {a}"), || shapes::sphere(a));
         t.try_call(&format!("cone {a}"), || shapes::cone(a, a));
         t.try_call(&format!("cylinder {a}"), || shapes::cylinder(a, a));
@@ -340,7 +348,7 @@ fn states_and_cameras_take_any_numbers() {
         t.try_call(&format!("knot_bytes {n}"), || [shapes::knot_bytes(n, n), shapes::teapot_bytes(n)]);
         t.try_call(&format!("Texture::new {n}"), || Texture::new(n, n, vec![0; 4]));
     }
-    t.end(2000);
+    t.end(50);
 }
 
 #[test]
