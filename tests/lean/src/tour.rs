@@ -105,7 +105,7 @@ impl Tour {
             Command::Free { name } => drop(self.meshes.remove(&name)),
             Command::Draw { name } => {
                 let mesh = self.meshes.get(&name).ok_or("no mesh")?;
-                self.framebuffer.draw(mesh).map_err(|e| e.to_string())?;
+                let _ = self.framebuffer.draw(mesh).map_err(|e| e.to_string())?;
             }
             other => return Ok(Some(other)),
         }
