@@ -31,11 +31,13 @@ macro_rules! verbs { ($with:ident $($more:tt)*) => { $with! { $($more)*
 nested [Figure(Figure) = fn figure, Projection(Box<Projection>) = fn set_projection];
 
 Pixelflut Text Command {
-    HELP Help = fn help | HelpOn { verb: String } = fn help_on -> Lines: [
+    HELP Help = fn help
+        | HelpOn { verb: String } = fn help_on -> Lines: [
         "HELP": "lists the verbs",
         "HELP verb": "describes one of them, with an example",
     ] eg "HELP LINE";
-    SIZE Size = fn size | SetSize { w: i32 = Side, h: i32 = Side } = fn set_size -> ByForm: [
+    SIZE Size = fn size
+        | SetSize { w: i32 = Side, h: i32 = Side } = fn set_size -> ByForm: [
         "SIZE": "answers SIZE width height",
         "SIZE w h": "sets the frame's size, as the first command of a file that is played",
     ] eg "SIZE";

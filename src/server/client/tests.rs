@@ -52,14 +52,6 @@ fn send_all(client: &Client) {
     client.poly(vec![[0, 0], [1, 1]], RED);
     client.fill_poly(vec![[0.0; 2], [1.0; 2]], RED);
     client.text([0, 0], "a", RED);
-    client.print([0, 0], "a", RED);
-    client.text_size(2);
-    client.wide_line([0.0; 2], [1.0; 2], 2.0, RED);
-    client.ellipse([0.0; 2], [1.0; 2], RED);
-    client.fill_ellipse([0.0; 2], [1.0; 2], RED);
-    client.arc(crate::draw2d::Arc { center: [0.0; 2], radii: [1.0; 2], angles: [0.0; 2] }, RED);
-    client.bezier([[0.0; 2]; 4], 2.0, RED);
-    client.image([0, 0], vec![0]);
     client.blend(Blend::Replace);
     send_surfaces_and_curves(client, name);
     client.mesh(name, MeshSource::Sphere(1.0));
