@@ -50,6 +50,14 @@ macro_rules! unless_written {
     (stamp $_:tt) => {};
     (set_title $_:tt) => {};
     (pause $_:tt) => {};
+    ($function:ident $made:tt) => {
+        $crate::command::unless_written_elsewhere! { $function $made }
+    };
+}
+
+/// Gives what is in braces, unless the methods of this function's verb are written by hand; the
+/// second half of the list.
+macro_rules! unless_written_elsewhere {
     (line_aa $_:tt) => {};
     (set_blend $_:tt) => {};
     (mesh_job $_:tt) => {};
@@ -193,4 +201,4 @@ macro_rules! client_methods {
 }
 #[cfg(feature = "server")]
 pub(crate) use client_methods;
-pub(crate) use {each_figure, unless_written};
+pub(crate) use {each_figure, unless_written, unless_written_elsewhere};

@@ -40,7 +40,7 @@ pub(crate) use figure::DrawFigure;
 pub use help::{help_on, help_text};
 #[cfg(feature = "server")]
 pub(crate) use methods::client_methods;
-pub(crate) use methods::{each_figure, unless_written};
+pub(crate) use methods::{each_figure, unless_written, unless_written_elsewhere};
 pub use payload_pool::PayloadPool;
 pub use sink::{BINARY_PIXEL_BYTES, Flow, Sink, StreamPosition, binary_pixel};
 pub use stream_error::{

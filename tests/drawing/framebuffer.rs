@@ -268,7 +268,8 @@ fn show_whole_lights_a_mesh_and_brings_it_into_the_frame() {
 #[test]
 fn a_draw_that_shows_nothing_says_why() {
     let sphere = shapes::sphere(1.0).expect("a size");
-    let cases: [(EmptyDraw, fn(&mut Framebuffer)); 6] = [
+    type Change = fn(&mut Framebuffer);
+    let cases: [(EmptyDraw, Change); 6] = [
         (EmptyDraw::NoLight, |fb| {
             fb.state.lights.clear();
             fb.state.ambient = DVec3::ZERO;

@@ -305,7 +305,8 @@ fn states_and_cameras_take_any_numbers() {
                     });
                 }
             }
-            let states: [(&str, &dyn Fn(&mut Framebuffer)); 6] = [
+            type Change<'a> = &'a dyn Fn(&mut Framebuffer);
+            let states: [(&str, Change<'_>); 6] = [
                 ("model", &|fb| fb.state.model = DMat4::from_scale(v)),
                 ("rows", &|fb| fb.state.model = DMat4::from_cols_array(&[a; 16])),
                 ("ambient", &|fb| fb.state.ambient = v),

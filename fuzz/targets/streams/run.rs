@@ -165,7 +165,7 @@ fn feed(
             calls += 1;
             assert!(calls < 1_000_000, "a stream that does not go on");
             match state {
-                StreamState::Ready | StreamState::Yields => {}
+                StreamState::Ready | StreamState::Yields | StreamState::Pauses(_) => {}
                 StreamState::Ended => return state,
                 StreamState::WaitsFor(_) | StreamState::Works | StreamState::InPieces => {
                     panic!("{state:?} without a display and without leave to suspend")

@@ -33,6 +33,7 @@ mod scenes;
 #[cfg(test)]
 mod tests;
 
+#[cfg(feature = "cli")]
 pub(crate) use container::MAGIC;
 
 use super::error::short;
