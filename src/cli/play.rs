@@ -390,6 +390,14 @@ fn read_size(mut file: &File) -> Result<Option<FrameSize>, String> {
     let mut first = Vec::new();
     file.take(1 << 16).read_to_end(&mut first).map_err(|e| e.to_string())?;
     file.rewind().map_err(|e| e.to_string())?;
+    size_of_stream(&first)
+}
+
+/// Returns the frame size that a stream's first line or first command states.
+///
+/// # Errors
+/// A message if it is no size of a frame.
+pub(super) fn size_of_stream(first: &[u8]) -> Result<Option<FrameSize>, String> {
     let mut lines = first.split(|&b| b == b'\n');
     if let Some(size) = lines.clone().next().and_then(recorded_size) {
         return Ok(size.parse().ok());

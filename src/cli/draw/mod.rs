@@ -62,11 +62,16 @@ impl Draw {
         if let Some(snap) = &self.snap {
             SnapshotFormat::of_path(snap).map_err(|e| e.to_string())?;
         }
-        let stream = match &self.file {
-            Some(path) => read_file(path)?,
-            None => Vec::new(),
-        };
-        let FrameSize { width, height } = self.size.unwrap_or(FrameSize::DEFAULT);
+        let mut stream = Vec::new();
+        let mut size = self.size;
+        if let Some(path) = &self.file {
+            stream = read_file(path)?;
+            let stated =
+                super::play::size_of_stream(&stream).map_err(|e| format!("{}: {e}", path.display()))?;
+            size = size.or(stated);
+            session::drop_size(&mut stream);
+        }
+        let FrameSize { width, height } = size.unwrap_or(FrameSize::DEFAULT);
         let limits = Limits { memory_bytes: self.drawing.memory_bytes(), ..Limits::default() };
         let mut engine =
             Engine::with_limits(width, height, limits.for_frame(width, height)).map_err(|e| e.message)?;
@@ -81,7 +86,7 @@ impl Draw {
         let typing = std::thread::Builder::new()
             .name("prompt".into())
             .spawn(move || {
-                let status = converse(on_thread, stream);
+                let status = converse(on_thread, [width, height], stream);
                 // The window's thread may wait for either.
                 let _ = ended.send(());
                 shown.iter().for_each(|display| display.leave());
@@ -143,9 +148,9 @@ fn show(_: &Server, _: Option<Arc<Display>>, end: &Receiver<()>) {
 }
 
 /// Reads lines and draws them until `quit` or the end of the input.
-fn converse(server: Arc<Server>, stream: Vec<u8>) -> Result<Status, String> {
+fn converse(server: Arc<Server>, size: [u32; 2], stream: Vec<u8>) -> Result<Status, String> {
     let broken = |e: std::io::Error| format!("the render thread cannot be reached: {e}");
-    let mut session = Session::new(server).map_err(broken)?;
+    let mut session = Session::new(server, size).map_err(broken)?;
     let mut prompt = Prompt::new()?;
     let is_terminal = std::io::stdin().is_terminal();
     let mut has_failed = false;

@@ -14,6 +14,8 @@ use std::sync::Arc;
 /// Commands, and the connection on which they were run.
 pub(super) struct Session {
     server: Arc<Server>,
+    /// Width and height of the frame.
+    size: [u32; 2],
     connection: Connection,
     /// Commands with their payloads that changed something, in order.
     steps: Vec<Vec<u8>>,
@@ -24,13 +26,13 @@ pub(super) struct Session {
 }
 
 impl Session {
-    /// Begins with the server's cleared frame.
+    /// Begins with the server's cleared frame of this width and height.
     ///
     /// # Errors
     /// If the system has no pipe or no thread to give.
-    pub fn new(server: Arc<Server>) -> io::Result<Session> {
+    pub fn new(server: Arc<Server>, size: [u32; 2]) -> io::Result<Session> {
         let connection = Connection::open(&server)?;
-        Ok(Session { server, connection, steps: Vec::new(), undone: Vec::new(), saved: None })
+        Ok(Session { server, size, connection, steps: Vec::new(), undone: Vec::new(), saved: None })
     }
 
     /// Runs whole commands. They are listed unless they were refused or were questions.
@@ -94,6 +96,7 @@ impl Session {
     /// Returns the commands so far as a stream.
     pub fn stream(&self) -> Vec<u8> {
         let mut stream = b"# Drawn with `fbptr draw`; `fbptr play FILE` draws it again.\n".to_vec();
+        stream.extend_from_slice(format!("SIZE {} {}\n", self.size[0], self.size[1]).as_bytes());
         for step in &self.steps {
             stream.extend_from_slice(step);
         }
@@ -169,6 +172,23 @@ impl Session {
             }
         }
         names
+    }
+}
+
+/// Removes the size that a stream's first command states: here it would not be the first.
+pub(super) fn drop_size(stream: &mut Vec<u8>) {
+    let mut at = 0;
+    for line in stream.split_inclusive(|&b| b == b'\n') {
+        let words: Vec<&[u8]> = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).collect();
+        if matches!(words[..], [verb, _, _] if verb.eq_ignore_ascii_case(b"SIZE")) {
+            let end = at + line.len();
+            stream.drain(at..end);
+            return;
+        }
+        if !words.is_empty() && !line.starts_with(b"#") {
+            return;
+        }
+        at += line.len();
     }
 }
 
