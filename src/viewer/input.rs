@@ -190,7 +190,10 @@ impl Viewer {
         self.wishes.turns = !self.wishes.turns;
         if self.wishes.turns {
             space.leave_room_to_turn(true);
-            self.is_paused = false;
+            // What turns takes time, and a scene's own movement goes on meanwhile.
+            self.wishes.was_paused = std::mem::take(&mut self.is_paused);
+        } else {
+            self.is_paused |= std::mem::take(&mut self.wishes.was_paused);
         }
         self.say(if self.wishes.turns { "turning: T stops it" } else { "stopped" }.to_owned());
         self.is_stale = true;

@@ -157,6 +157,8 @@ struct Wishes {
     is_bare: bool,
     /// Set while the model turns.
     turns: bool,
+    /// True if the scene was paused before it began to turn.
+    was_paused: bool,
     /// Angle by which the model has turned.
     turned_rad: f64,
     /// True if a polytope is shown as a gallery: wireframe, slice and shadow.

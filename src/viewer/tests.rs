@@ -258,6 +258,19 @@ fn time_runs_stops_and_goes_back() {
 }
 
 #[test]
+fn a_scene_that_was_paused_is_paused_again_after_the_turntable() {
+    let mut viewer = x3d_viewer();
+    for (is_paused, keys) in [(true, &[Key::Space][..]), (false, &[Key::Space])] {
+        keys.iter().for_each(|key| drop(tap(&mut viewer, *key)));
+        assert_eq!(viewer.is_paused, is_paused);
+        tap(&mut viewer, Key::T);
+        assert!(viewer.wishes.turns && !viewer.is_paused);
+        tap(&mut viewer, Key::T);
+        assert!(!viewer.wishes.turns && viewer.is_paused == is_paused);
+    }
+}
+
+#[test]
 fn a_stream_is_seen_frame_by_frame_and_complains_once() {
     let mut viewer = stream_viewer(STREAM);
     let first = picture(&mut viewer);
