@@ -62,11 +62,14 @@ fn a_wall_opens_over_the_whole_screen_with_its_overlay() {
     let lit = || screen.pixels(0, 0, w, h).iter().filter(|pixel| **pixel != [0; 3]).count();
     wait_for("the overlay over the black frame", || (lit() > 100).then_some(()));
     let mut wire = std::net::TcpStream::connect(&address).expect("the server listens");
-    // From the first drawing on the window says no longer how to draw.
-    std::io::Write::write_all(&mut wire, b"CLEAR black\n").expect("a command");
+    let mut draw = |command: &[u8]| std::io::Write::write_all(&mut wire, command).expect("a command");
+    // Once something was seen, the window says no longer how to draw.
+    draw(b"CLEAR ff0000\n");
+    wait_for("a red frame", || (lit() > 1280 * 400).then_some(()));
+    draw(b"CLEAR black\n");
     screen.xdotool(&["mousemove", "600", "500", "key", "F3"]);
     wait_for("F3 to hide it", || (lit() == 0).then_some(()));
-    std::io::Write::write_all(&mut wire, b"CLEAR ff0000\n").expect("a command");
+    draw(b"CLEAR ff0000\n");
     // 320x200 on a screen 1280 pixels wide: exactly four times, centred vertically.
     let shown = 1280 * 800;
     wait_for("the frame over the screen's width", || (lit() == shown).then_some(()));
