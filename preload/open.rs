@@ -151,7 +151,7 @@ opens! {
 }
 
 /// Defines `creat` and its other name.
-macro_rules! creats {
+macro_rules! creating {
     ($($name:ident)*) => {$(
         /// Creates a file; the device exists.
         ///
@@ -172,4 +172,4 @@ macro_rules! creats {
     )*};
 }
 
-creats! { creat creat64 }
+creating! { creat creat64 }

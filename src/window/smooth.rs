@@ -36,8 +36,8 @@ fn parts(frame: usize, shown: usize) -> Vec<Part> {
         let mut used = 0;
         let weights = (first..=last).map(|j| {
             let covered = ((j + 1) * shown).min(to) - from;
-            let upto = (covered as u64 * u64::from(WHOLE) / frame as u64) as u32;
-            upto - std::mem::replace(&mut used, upto)
+            let end = (covered as u64 * u64::from(WHOLE) / frame as u64) as u32;
+            end - std::mem::replace(&mut used, end)
         });
         Part { first, weights: weights.collect() }
     };
