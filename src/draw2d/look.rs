@@ -11,6 +11,7 @@ pub(crate) const TEXT: Rgba = [0xe8, 0xe8, 0xf0, 255];
 /// Text that matters less.
 pub(crate) const LESSER: Rgba = [0x80, 0x8c, 0xa5, 255];
 /// First accent.
+#[cfg_attr(not(feature = "window"), expect(dead_code, reason = "windows alone use it"))]
 pub(crate) const GOLD: Rgba = [0xff, 0xb0, 0x00, 255];
 /// Margin in pixels, on every side and between columns.
 pub(crate) const MARGIN: usize = 16;
