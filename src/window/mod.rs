@@ -10,7 +10,7 @@
 //! panic.
 //!
 //! Losing the window system cannot be handled in every moment: Xlib exits the process. The window
-//! of a render thread asks before each use of it ([`presence`]). Snapshots are written when
+//! of a render thread asks before each use of it (`presence`). Snapshots are written when
 //! requested, not at the end, and a server that must survive runs headless.
 
 #[cfg(feature = "server")]
