@@ -197,9 +197,10 @@ pub(super) mod tests {
         let dot = |p: &[BigInt; 2], q: &[BigInt; 2]| &p[0] * &q[0] + &p[1] * &q[1];
         let (d, from_a, from_b) = (sub(b, a), sub(p, a), sub(p, b));
         let along = dot(&from_a, &d);
-        let (square, scale) = if along <= BigInt::ZERO {
+        // The sides end at the feet of the ends, those included.
+        let (square, scale) = if along < BigInt::ZERO || dot(&d, &d) == BigInt::ZERO {
             (dot(&from_a, &from_a), BigInt::from(1))
-        } else if along >= dot(&d, &d) {
+        } else if along > dot(&d, &d) {
             (dot(&from_b, &from_b), BigInt::from(1))
         } else {
             // A little higher, or a little to the left, a point on the upper or left side is outside,
@@ -304,6 +305,14 @@ pub(super) mod tests {
                 assert_eq!(lit(&m, 255), lit_pixels, "{p0:?}");
             }
         }
+    }
+
+    #[test]
+    fn the_upper_side_has_the_pixels_above_its_ends() {
+        check([0.5, 8.0], [1.5, 8.0], 1.0);
+        let mut m = memory(4, 9);
+        wide_line(&mut m, [0.5, 8.0], [1.5, 8.0], 1.0, [255; 4], Blend::Replace).unwrap();
+        assert_eq!(lit(&m, 255), [(0, 7), (1, 7)]);
     }
 
     #[test]
