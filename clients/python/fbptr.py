@@ -462,7 +462,7 @@ class Verbs:
     def quality(self, *quality):
         """`QUALITY exact`: draws exactly.
 
-        `QUALITY max-error e`: draws the cheapest way that stays within e steps of colour.
+        `QUALITY max-error e`: draws more cheaply where that stays within e steps of colour.
         """
         self._send_verb("QUALITY", *quality)
 

@@ -1,0 +1,91 @@
+"""Meshes as values, for `Framebuffer.mesh` and `Framebuffer.draw`.
+
+In: sizes in world units, or vertices and faces. Out: a `Mesh`, which is what the verb MESH takes.
+"""
+
+import os
+
+
+class Mesh:
+    """A mesh that a framebuffer can make: a shape and its sizes, or the bytes of an OBJ file."""
+
+    __slots__ = ("words", "data")
+
+    def __init__(self, *words, data=None):
+        self.words = words
+        self.data = data
+
+    def __repr__(self):
+        size = "" if self.data is None else ", %d bytes" % len(self.data)
+        return "Mesh(%s%s)" % (" ".join(map(str, self.words)), size)
+
+    def __eq__(self, other):
+        return isinstance(other, Mesh) and (self.words, self.data) == (other.words, other.data)
+
+    def __hash__(self):
+        return hash((self.words, self.data))
+
+
+def teapot(level=10):
+    """Newell's teapot, each of its patches cut into level x level quads."""
+    return Mesh("TEAPOT", level)
+
+
+def box(x=2, y=2, z=2):
+    """A box of these sides, about the origin."""
+    return Mesh("BOX", x, y, z)
+
+
+def sphere(radius=1):
+    """A sphere about the origin."""
+    return Mesh("SPHERE", radius)
+
+
+def cone(radius=1, height=2):
+    """A cone about the origin, its tip up (+y)."""
+    return Mesh("CONE", radius, height)
+
+
+def cylinder(radius=1, height=2):
+    """A cylinder about the origin, its axis upright (y)."""
+    return Mesh("CYLINDER", radius, height)
+
+
+def knot(nu=200, nv=20):
+    """A torus knot (2,3) of nu x nv quads."""
+    return Mesh("KNOT", nu, nv)
+
+
+def obj(source):
+    """The mesh of an OBJ file: its bytes or its text, or a path to it.
+
+    Text with a line feed is the file itself.
+    """
+    if isinstance(source, os.PathLike) or isinstance(source, str) and "\n" not in source:
+        with open(source, "rb") as file:
+            source = file.read()
+    return Mesh("OBJ", data=source.encode() if isinstance(source, str) else bytes(source))
+
+
+def faces(vertices, faces, normals=None, texcoords=None):
+    """The mesh of these faces.
+
+    `vertices` is a sequence of (x, y, z), shape (n, 3), in world units; `faces` of lists of 3 or more
+    indices of vertices from 0, counterclockwise as seen from the front. `normals` (n, 3) and
+    `texcoords` (n, 2) belong to the vertices.
+    """
+    lines = ["v %r %r %r" % tuple(map(float, v)) for v in vertices]
+    count = len(lines)
+    corner = "%d"
+    if texcoords is not None:
+        lines += ["vt %r %r" % tuple(map(float, t)) for t in texcoords]
+        corner = "%d/%d"
+    if normals is not None:
+        lines += ["vn %r %r %r" % tuple(map(float, n)) for n in normals]
+        corner = "%d//%d" if texcoords is None else "%d/%d/%d"
+    for face in faces:
+        indices = [int(i) for i in face]
+        if not all(0 <= i < count for i in indices):
+            raise ValueError("a face has an index outside of 0..%d: %r" % (count, indices))
+        lines.append("f " + " ".join(corner % ((i + 1,) * corner.count("%d")) for i in indices))
+    return Mesh("OBJ", data=("\n".join(lines) + "\n").encode())

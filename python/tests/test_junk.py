@@ -1,0 +1,45 @@
+"""Arguments of any kind: each call returns or raises an exception of Python, and the memory stays."""
+
+import random
+import warnings
+
+import fbptr
+from fbptr import _table
+
+JUNK = [
+    None, True, False, 0, 1, -1, 7, 3.5, -0.0, 1e308, float("nan"), float("inf"), 1 << 31, -(1 << 31), 1 << 70, "",
+    "red", "#12", "a b", "\n", "\0", "é", "x" * 5000, ":5", ":", "OFF", "on", "45deg", b"", b"abc", b"\xff" * 64,
+    (), (1,), (1, 2), (1, 2, 3), [(1, 2), (3, 4), (5, 6)], ["red", "lime", "blue"], {}, {"x": 1}, object(), range(9),
+    (i for i in range(3)), bytearray(b"1234"), memoryview(b"12345678"), fbptr.box(), "teapot", "hero", "FRAME",
+]
+
+
+def test_junk_is_refused_and_never_a_defect():
+    seed = random.randrange(1 << 32)
+    print("seed", seed)
+    rng = random.Random(seed)
+    rows = [row for row in _table.rows() if row.verb not in ("WAIT", "CANVAS", "MESH")]
+    fb = fbptr.Framebuffer(32, 24)
+    fb.mesh("teapot", "BOX")
+    fb.canvas("hero", 8, 8)
+    ran = 0
+    for _ in range(20_000):
+        row = rng.choice(rows)
+        args = [rng.choice(JUNK) for _ in range(rng.randrange(9))]
+        names = [p.name for p in row.parameters] + ["color", "at", "rect", "center", "payload"]
+        kwargs = {rng.choice(names): rng.choice(JUNK) for _ in range(rng.choice((0, 0, 1, 2)))}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            try:
+                getattr(fb, row.name)(*args, **kwargs)
+                ran += 1
+            except Exception as error:
+                # A defect of the engine would be a `PanicException`, which is no `Exception`, or say so.
+                assert "defect" not in str(error), (row.verb, args, kwargs, error)
+                assert not isinstance(error, (AttributeError, UnboundLocalError, IndexError)), (row.verb, args, kwargs)
+    assert ran > 100 and len(fb.png()) > 0
+    fb.target()
+    fb.clip()
+    fb.offset(0, 0)
+    fb.clear("red")
+    assert fb.px(0, 0) == (255, 0, 0)
