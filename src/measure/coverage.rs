@@ -1,6 +1,8 @@
-//! Coverage: gaps and double hits in a mesh that tiles the frame, by several methods.
+//! Coverage: gaps and double hits in a mesh that tiles the frame, by the renderer and by other
+//! methods.
 
-use super::experiment::{Bound, Effort, Experiment, Row};
+use super::coverage_drawn::{Hits, Meshes};
+use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
 use crate::math::coverage::{PixelRect, SnappedTriangle};
 use crate::truth::scenes::Random;
 use crate::truth::ulp_f32;
@@ -10,16 +12,22 @@ pub(super) const COVERAGE: Experiment = Experiment {
     id: "coverage",
     title: "Coverage",
     about: "A mesh without holes over the whole frame, its corners at random places. Gap: a pixel that no triangle has. Double: \
-            one that several have. Off: a pixel not owned by just the triangle that holds its centre, decided in whole \
-            numbers on the unsnapped corners; its bound counts the centres that are nearer to an edge than the way may \
-            move it.",
+            one that several have. Off: a pixel not owned by just the triangle that holds its centre. The renderer draws the \
+            mesh twice: every triangle in a colour of its own, which names the owner, and all of them half transparent, \
+            which counts them; the time is that of the first.",
+    truth: Truth {
+        is: "the triangle whose unsnapped corners, multiples of 2^-24 pixel, hold the centre",
+        digits: "all, whole numbers of 128 bits",
+        second_way: "the mesh tiles the frame, so each centre has one owner; centres without",
+    },
+    check,
     columns: &["gaps", "double hits", "pixels off the unsnapped outline"],
     plotted: 2,
     unit: "pixel",
     rows,
 };
 
-type Corners = [[f64; 2]; 3];
+pub(super) type Corners = [[f64; 2]; 3];
 type Hit<'a> = &'a mut dyn FnMut(i32, i32);
 type Way = fn(Corners, PixelRect, Hit);
 
@@ -171,78 +179,155 @@ fn near_segment([a, b]: [[f64; 2]; 2], reach: f64, clip: PixelRect, hit: Hit) {
     }
 }
 
-fn rows(effort: &Effort) -> Vec<Row> {
-    let none = |column| Bound { column, at_most: 0.0 };
-    type Off = fn(&Corners) -> f64;
-    let ways: [(&str, Way, Off, bool); 4] = [
-        ("exact, 1/256 pixel", exact, off_by_grid::<256>, true),
-        ("exact, 1/16 pixel", snapped_to_16, off_by_grid::<16>, false),
-        ("exact, whole pixels", snapped_to_1, off_by_grid::<1>, false),
-        ("edge functions in f32", edges_f32, off_by_f32, false),
-    ];
-    let side = effort.pick(128, 512);
-    let mut rows = Vec::new();
-    let far = 131_072;
-    for (subject, origin, mesh) in [
-        ("triangles of 4 px", 0, tiling(0.0, side as f64, [4.0, 4.0])),
-        ("slivers of 16 x 0.25 px", 0, tiling(0.0, side as f64, [16.0, 0.25])),
-        ("triangles of 4 px, 131072 px from the origin", far, tiling(far as f64, side as f64, [4.0, 4.0])),
-        ("strips 50000 px long, 0.4 px wide", 0, strips(side as f64)),
-    ] {
-        let clip = PixelRect { x0: origin, y0: origin, x1: origin + side, y1: origin + side };
-        let index = |x: i32, y: i32| (side * (y - origin) + x - origin) as usize;
-        let pixels = (side * side) as usize;
-        let mut owner = vec![u32::MAX; pixels];
-        for (t, corners) in mesh.iter().enumerate() {
+/// Way to find the owner of every pixel.
+enum Finder {
+    /// The renderer, from its bytes.
+    Renderer,
+    /// A way for comparison.
+    Walk(Way),
+}
+
+/// Part of the frame that a mesh is drawn on, with the mesh.
+struct Subject {
+    name: &'static str,
+    clip: PixelRect,
+    mesh: Vec<Corners>,
+}
+
+impl Subject {
+    /// Returns all subjects.
+    fn all(effort: &Effort) -> Vec<Subject> {
+        let side = effort.pick(128, 512);
+        let length = f64::from(side);
+        let far = 131_072;
+        let subject = |name, origin, mesh| {
+            let clip = PixelRect { x0: origin, y0: origin, x1: origin + side, y1: origin + side };
+            Subject { name, clip, mesh }
+        };
+        vec![
+            subject("triangles of 4 px", 0, tiling(0.0, length, [4.0, 4.0])),
+            subject("slivers of 16 x 0.25 px", 0, tiling(0.0, length, [16.0, 0.25])),
+            subject(
+                "triangles of 4 px, 131072 px from the origin",
+                far,
+                tiling(f64::from(far), length, [4.0, 4.0]),
+            ),
+            subject("strips 50000 px long, 0.4 px wide", 0, strips(length)),
+        ]
+    }
+
+    fn pixels(&self) -> usize {
+        ((self.clip.x1 - self.clip.x0) * (self.clip.y1 - self.clip.y0)) as usize
+    }
+
+    fn index(&self, x: i32, y: i32) -> usize {
+        ((self.clip.x1 - self.clip.x0) * (y - self.clip.y0) + x - self.clip.x0) as usize
+    }
+
+    /// Returns for every pixel how many unsnapped triangles hold its centre, and the last of them.
+    fn owners(&self) -> Vec<(u32, u32)> {
+        let mut owners = vec![(0, u32::MAX); self.pixels()];
+        for (t, corners) in self.mesh.iter().enumerate() {
             // A margin of one pixel finds every centre that the unsnapped outline can contain.
-            let reach = |k: usize| {
+            let reach = |k: usize, from: i32, to: i32| {
                 let (lo, hi) =
                     corners.iter().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(p[k]), b.max(p[k])));
-                (lo.floor() as i32 - 1).max(origin)..(hi.ceil() as i32 + 1).min(origin + side)
+                (lo.floor() as i32 - 1).max(from)..(hi.ceil() as i32 + 1).min(to)
             };
-            for y in reach(1) {
-                for x in reach(0).filter(|&x| holds(corners, x, y)) {
-                    owner[index(x, y)] = t as u32;
+            for y in reach(1, self.clip.y0, self.clip.y1) {
+                for x in reach(0, self.clip.x0, self.clip.x1).filter(|&x| holds(corners, x, y)) {
+                    let owner = &mut owners[self.index(x, y)];
+                    *owner = (owner.0 + 1, t as u32);
                 }
             }
         }
-        for (name, way, off_by, is_default) in ways {
-            // A pixel may have another owner only if an edge can move across its centre.
-            let mut is_near = vec![false; pixels];
-            for corners in &mesh {
-                for i in 0..3 {
-                    let segment = [corners[i], corners[(i + 1) % 3]];
-                    near_segment(segment, off_by(corners), clip, &mut |x, y| is_near[index(x, y)] = true);
-                }
-            }
-            let most_off = Bound { column: 2, at_most: is_near.iter().filter(|n| **n).count() as f64 };
-            let draw = || {
-                let mut hits = vec![(0u32, u32::MAX); pixels];
-                for (t, &corners) in mesh.iter().enumerate() {
-                    way(corners, clip, &mut |x, y| {
-                        let at = &mut hits[index(x, y)];
-                        *at = (at.0 + 1, t as u32);
-                    });
-                }
-                hits
-            };
-            let (hits, timing) = effort.run(draw);
-            let gaps = hits.iter().filter(|h| h.0 == 0).count();
-            let double = hits.iter().filter(|h| h.0 > 1).count();
-            let off = hits.iter().zip(&owner).filter(|(h, o)| h.0 != 1 || h.1 != **o).count();
-            rows.push(Row {
-                subject: subject.into(),
-                alternative: name.into(),
-                is_default,
-                errors: vec![gaps as f64, double as f64, off as f64],
-                // A coarser grid may fold slivers over, and f32 edges may leave gaps: there only
-                // the third column is bounded.
-                bounds: if is_default { vec![none(0), none(1), most_off] } else { vec![most_off] },
-                is_run: true,
-                timing,
-                work: pixels as f64,
-                picture: None,
+        owners
+    }
+
+    /// Returns the hits of a way for comparison.
+    fn walked(&self, way: Way) -> Hits {
+        let mut hits = vec![(0u32, u32::MAX); self.pixels()];
+        for (t, &corners) in self.mesh.iter().enumerate() {
+            way(corners, self.clip, &mut |x, y| {
+                let at = &mut hits[self.index(x, y)];
+                *at = (at.0 + 1, t as u32);
             });
+        }
+        hits
+    }
+
+    /// Counts the centres that are nearer to an edge than the edge may move.
+    fn near_edges(&self, off_by: fn(&Corners) -> f64) -> usize {
+        let mut is_near = vec![false; self.pixels()];
+        for corners in &self.mesh {
+            for i in 0..3 {
+                let segment = [corners[i], corners[(i + 1) % 3]];
+                near_segment(segment, off_by(corners), self.clip, &mut |x, y| {
+                    is_near[self.index(x, y)] = true
+                });
+            }
+        }
+        is_near.iter().filter(|n| **n).count()
+    }
+}
+
+fn check(effort: &Effort) -> Check {
+    let owners = Subject::all(effort).into_iter().flat_map(|s| s.owners());
+    Check { difference: owners.filter(|o| o.0 != 1).count() as f64, at_most: 0.0 }
+}
+
+/// Counts gaps, double hits, and pixels with another owner than the true one.
+fn errors_of(hits: &Hits, owners: &[(u32, u32)]) -> Vec<f64> {
+    let gaps = hits.iter().filter(|h| h.0 == 0).count();
+    let double = hits.iter().filter(|h| h.0 > 1).count();
+    let off = hits.iter().zip(owners).filter(|(h, o)| h.0 != 1 || h.1 != o.1).count();
+    vec![gaps as f64, double as f64, off as f64]
+}
+
+/// Takes a pixel from its triangle, gives it to a second one, or gives as many pixels away as the
+/// bound allows and one more.
+fn mutate(hits: &mut Hits, bound: &Bound) {
+    match bound.column {
+        0 => hits[0].0 = 0,
+        1 => hits[0].0 = 2,
+        _ => hits.iter_mut().take(bound.at_most as usize + 1).for_each(|h| h.1 = u32::MAX),
+    }
+}
+
+fn rows(effort: &Effort) -> Vec<Row> {
+    let none = |column| Bound {
+        column,
+        at_most: 0.0,
+        because: "neighbours share their snapped edges, and the fill rule",
+    };
+    type Off = fn(&Corners) -> f64;
+    let ways: [(&str, Finder, Off, Standing); 4] = [
+        ("the renderer, 1/256 pixel", Finder::Renderer, off_by_grid::<256>, Standing::Default),
+        ("exact, 1/16 pixel", Finder::Walk(snapped_to_16), off_by_grid::<16>, Standing::Comparison),
+        ("exact, whole pixels", Finder::Walk(snapped_to_1), off_by_grid::<1>, Standing::Comparison),
+        ("edge functions in f32", Finder::Walk(edges_f32), off_by_f32, Standing::Comparison),
+    ];
+    let mut rows = Vec::new();
+    for subject in Subject::all(effort) {
+        let owners = subject.owners();
+        for (name, finder, off_by, standing) in &ways {
+            let (hits, timing) = match finder {
+                Finder::Renderer => Meshes::new(&subject.mesh, subject.clip).hits(effort),
+                Finder::Walk(way) => effort.run(|| subject.walked(*way)),
+            };
+            let near = subject.near_edges(*off_by);
+            let because =
+                "centres nearer to an edge than it may move: half a diagonal of the grid, or f32's rounding";
+            let most_off = Bound { column: 2, at_most: near as f64, because };
+            let bounds = match standing {
+                Standing::Comparison if near >= subject.pixels() => Vec::new(),
+                // A coarser grid may fold slivers over, and f32 edges may leave gaps.
+                Standing::Comparison => vec![most_off],
+                _ => vec![none(0), none(1), most_off],
+            };
+            let key = (subject.name, *name, *standing);
+            let row = Row::judged(effort, key, &hits, bounds, |hits| errors_of(hits, &owners), mutate);
+            rows.push(row.timed(timing, subject.pixels() as f64));
         }
     }
     rows

@@ -1,6 +1,9 @@
 //! Experiments and the rows of their tables.
 
 use super::clock::{self, Timing};
+use crate::pipeline::{RenderOptions, Renderer};
+use crate::server::worker_pool;
+use crate::simd::Level;
 use std::time::Duration;
 
 /// Size of the subjects, and time budget.
@@ -10,17 +13,47 @@ pub struct Effort {
     pub is_quick: bool,
     /// Time budget of each row; `None` takes no times, which changes no error.
     pub time_per_row: Option<Duration>,
+    /// True to turn the output of each bounded row wrong by a little more than its bound as well,
+    /// which the row has to notice ([`Row::mutants`]): for tests alone.
+    pub has_mutants: bool,
+    /// SIMD level that draws; `None` is the best one here.
+    pub simd: Option<Level>,
+    /// Threads that draw.
+    pub threads: usize,
 }
 
 impl Effort {
     /// Quick report.
-    pub const QUICK: Effort = Effort { is_quick: true, time_per_row: Some(Duration::from_millis(120)) };
+    pub const QUICK: Effort = Effort {
+        is_quick: true,
+        time_per_row: Some(Duration::from_millis(120)),
+        has_mutants: false,
+        simd: None,
+        threads: 1,
+    };
     /// Full report.
-    pub const FULL: Effort = Effort { is_quick: false, time_per_row: Some(Duration::from_secs(1)) };
+    pub const FULL: Effort =
+        Effort { is_quick: false, time_per_row: Some(Duration::from_secs(1)), ..Effort::QUICK };
 
     /// Returns the same effort without times.
     pub fn untimed(self) -> Effort {
         Effort { time_per_row: None, ..self }
+    }
+
+    /// Returns the same effort with mutants.
+    pub fn with_mutants(self) -> Effort {
+        Effort { has_mutants: true, ..self }
+    }
+
+    /// Returns the same effort, drawn by a level on some threads, which changes no error.
+    pub fn drawn_by(self, simd: Option<Level>, threads: usize) -> Effort {
+        Effort { simd, threads, ..self }
+    }
+
+    /// Returns a renderer with the effort's level and threads.
+    pub(super) fn renderer(&self) -> Renderer {
+        let pool = worker_pool(Some(self.threads));
+        Renderer::new(RenderOptions { pool, simd: self.simd, ..RenderOptions::default() })
     }
 
     /// Returns `quick` or `full`, by the effort.
@@ -47,6 +80,19 @@ pub struct Bound {
     pub column: usize,
     /// Largest accepted error.
     pub at_most: f64,
+    /// Derivation of the limit, in one line.
+    pub because: &'static str,
+}
+
+/// Standing of an alternative.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// The program draws this way unless told otherwise.
+    Default,
+    /// A mode that a user can choose.
+    Mode,
+    /// No mode of the program: another way, for comparison.
+    Comparison,
 }
 
 /// Result of one alternative on one subject.
@@ -56,12 +102,15 @@ pub struct Row {
     pub subject: String,
     /// Name of the alternative.
     pub alternative: String,
-    /// True if the program uses this alternative by default.
-    pub is_default: bool,
+    /// Standing of the alternative.
+    pub standing: Standing,
     /// Errors, in the order of the experiment's columns.
     pub errors: Vec<f64>,
     /// Promised limits of the errors.
     pub bounds: Vec<Bound>,
+    /// Error of each bound's column after the output was turned wrong by a little more than the
+    /// bound; empty without [`Effort::has_mutants`].
+    pub mutants: Vec<f64>,
     /// False if this machine cannot run the alternative: there are no errors, bounds and times.
     pub is_run: bool,
     /// Timing of one run, if it was timed.
@@ -94,14 +143,59 @@ impl Picture {
 }
 
 impl Row {
+    /// Returns the row of an alternative whose `output` has the errors that `judge` finds. `mutate`
+    /// turns an output wrong by a little more than a bound.
+    pub(super) fn judged<T: Clone>(
+        effort: &Effort,
+        (subject, alternative, standing): (&str, &str, Standing),
+        output: &T,
+        bounds: Vec<Bound>,
+        judge: impl Fn(&T) -> Vec<f64>,
+        mutate: impl Fn(&mut T, &Bound),
+    ) -> Row {
+        let error_of_mutant = |bound: &Bound| {
+            let mut wrong = output.clone();
+            mutate(&mut wrong, bound);
+            judge(&wrong)[bound.column]
+        };
+        Row {
+            subject: subject.into(),
+            alternative: alternative.into(),
+            standing,
+            errors: judge(output),
+            mutants: bounds.iter().filter(|_| effort.has_mutants).map(error_of_mutant).collect(),
+            bounds,
+            is_run: true,
+            timing: None,
+            work: 1.0,
+            picture: None,
+        }
+    }
+
+    /// Returns the row with the timing of a run of `work` units.
+    pub(super) fn timed(self, timing: Option<Timing>, work: f64) -> Row {
+        Row { timing, work, ..self }
+    }
+
+    /// Returns the row with a picture.
+    pub(super) fn with_picture(self, width: u32, found: Vec<u8>, truth: Vec<u8>) -> Row {
+        Row { picture: Some(Picture { width, found, truth }), ..self }
+    }
+
+    /// Returns whether the program draws this way unless told otherwise.
+    pub fn is_default(&self) -> bool {
+        self.standing == Standing::Default
+    }
+
     /// Returns the row of an alternative that this machine cannot run.
     pub fn not_run(subject: String, alternative: String, columns: usize) -> Row {
         Row {
             subject,
             alternative,
-            is_default: false,
+            standing: Standing::Mode,
             errors: vec![f64::NAN; columns],
             bounds: Vec::new(),
+            mutants: Vec::new(),
             is_run: false,
             timing: None,
             work: 1.0,
@@ -133,6 +227,33 @@ impl Row {
     }
 }
 
+/// Definition that the errors of an experiment are measured against; never one of its rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Truth {
+    /// The definition.
+    pub is: &'static str,
+    /// Digits with which it is computed.
+    pub digits: &'static str,
+    /// Second way by which it is computed, and what is compared.
+    pub second_way: &'static str,
+}
+
+/// Agreement of a truth with its second way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Check {
+    /// Largest difference of both ways.
+    pub difference: f64,
+    /// Largest accepted difference.
+    pub at_most: f64,
+}
+
+impl Check {
+    /// Returns whether both ways agree.
+    pub fn is_right(&self) -> bool {
+        self.difference <= self.at_most
+    }
+}
+
 /// Set of alternatives for one stage.
 #[derive(Clone, Copy, Debug)]
 pub struct Experiment {
@@ -142,6 +263,10 @@ pub struct Experiment {
     pub title: &'static str,
     /// Description of the comparison and of the errors.
     pub about: &'static str,
+    /// Truth that the errors are measured against.
+    pub truth: Truth,
+    /// Function that computes the truth in a second way.
+    pub check: fn(&Effort) -> Check,
     /// Names of the error columns.
     pub columns: &'static [&'static str],
     /// Index of the column that the plot of speed against error shows.

@@ -1,13 +1,16 @@
 //! Speed of the N-dimensional eye on several threads, with identical pictures.
 
-use super::experiment::{Bound, Effort, Experiment, Row};
+use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
+use super::fibre_fan::{shown, spread};
 use super::memory;
 use super::scaling::{Scaling, ScalingPoint};
 use super::threads::usual_threads;
 use crate::executor::Executor;
 use crate::eye::shapes::{DemoScene, Shape, cross_polytope, cube};
 use crate::eye::{EyePicture, EyeScene, Fibre, render_with};
+use crate::truth::eye::{SeenPoint, see};
 use crate::truth::scenes::Random;
+use crate::truth::{DoubleDouble, Rational};
 use serde_json::json;
 use std::sync::Arc;
 
@@ -15,9 +18,15 @@ use std::sync::Arc;
 pub(super) const EYE: Experiment = Experiment {
     id: "eye",
     title: "The N-dimensional eye on threads",
-    about: "Whole pictures of the N-dimensional eye, exact fibres, lights with shadows, on one thread and on several: the same bytes, \
-            different time.",
-    columns: &["pixels unlike those of one thread"],
+    about: "Whole pictures of the N-dimensional eye, exact fibres, lights with shadows, on one thread and on several. 64 pixels, \
+            evenly spread, are compared with the truth, and every picture, bit by bit, with that of another number of threads.",
+    truth: Truth {
+        is: "the least norm over every set of active inequalities of every facet; lights past every facet",
+        digits: "32",
+        second_way: "rational numbers at four pixels of each scene; pixels that differ",
+    },
+    check,
+    columns: &["compared pixels unlike the truth", "pixels unlike another number of threads"],
     plotted: 0,
     unit: "pixel",
     rows,
@@ -64,31 +73,74 @@ pub(super) const ON_A_PLANE: &str = "4-D on a plane: two tesseracts, 2 lights wi
 /// Subject of the goal for whole pictures in a volume.
 pub(super) const IN_A_VOLUME: &str = "4-D in a volume: 16 tetrahedra, 1 light, 64x64x64";
 
-fn rows(effort: &Effort) -> Vec<Row> {
-    let subjects = [
+fn subjects(effort: &Effort) -> [(&'static str, EyeScene); 2] {
+    [
         (
             effort.pick("4-D on a plane, 160x120", ON_A_PLANE),
             two_tesseracts(effort.pick([160, 120], [640, 480])),
         ),
         (effort.pick("4-D in a volume, 16x16x16", IN_A_VOLUME), sixteen_tetrahedra(effort.pick(16, 64))),
-    ];
+    ]
+}
+
+/// Counts the pixels at which rational numbers and 32 digits see something else.
+fn check(effort: &Effort) -> Check {
+    let mut differ = 0;
+    for (_, scene) in subjects(effort) {
+        let some: Vec<usize> = spread(scene.pixel_count()).into_iter().skip(8).step_by(16).collect();
+        let exact = see::<Rational>(&scene, some.iter().copied());
+        let found = see::<DoubleDouble>(&scene, some.iter().copied());
+        differ += exact.iter().zip(&found).filter(|(a, b)| !is_alike(a, b)).count();
+    }
+    Check { difference: differ as f64, at_most: 0.0 }
+}
+
+/// Returns whether two pixels show the same facet and lights, and distance and colour to 12 digits.
+fn is_alike(a: &SeenPoint, b: &SeenPoint) -> bool {
+    let near = |a: f64, b: f64, most: f64| a == b || (a - b).abs() <= most;
+    a.facet == b.facet
+        && a.lit == b.lit
+        && near(a.distance, b.distance, 1e-12 * a.distance.abs())
+        && (0..3).all(|c| near(a.color[c], b.color[c], 1e-9))
+}
+
+/// The comparison: the pixels with a truth, and the pixels unlike another picture.
+type Output = (Vec<SeenPoint>, usize);
+
+fn rows(effort: &Effort) -> Vec<Row> {
+    let of_truth = "facets, lights and 12 digits, by the specification";
+    let of_threads = "every pixel is computed alone, by the same operations";
+    let bounds = [(0, of_truth), (1, of_threads)];
+    let bounds = bounds.map(|(column, because)| Bound { column, at_most: 0.0, because });
     let mut rows = Vec::new();
-    for (subject, scene) in &subjects {
-        let truth = draw(scene, &Executor::default());
-        for threads in [1, 2, 3] {
+    for (subject, scene) in &subjects(effort) {
+        let compared = spread(scene.pixel_count());
+        let truth = see::<DoubleDouble>(scene, compared.iter().copied());
+        let drawn = [1, 2, 3].map(|threads| {
             let pool = pool(threads);
-            let (picture, timing) = effort.run(|| draw(scene, &pool));
-            rows.push(Row {
-                subject: (*subject).into(),
-                alternative: if threads == 1 { "1 thread".into() } else { format!("{threads} threads") },
-                is_default: threads == usual_threads().min(3),
-                errors: vec![pixels_unlike(&picture, &truth) as f64],
-                bounds: vec![Bound { column: 0, at_most: 0.0 }],
-                is_run: true,
-                timing,
-                work: truth.facet.len() as f64,
-                picture: None,
-            });
+            (threads, effort.run(|| draw(scene, &pool)))
+        });
+        for (i, (threads, (picture, timing))) in drawn.iter().enumerate() {
+            let (_, (other, _)) = &drawn[(i + 1) % drawn.len()];
+            let output = (shown(picture, &compared), pixels_unlike(picture, other));
+            let judge = |(seen, unlike): &Output| {
+                let off = seen.iter().zip(&truth).filter(|(a, b)| !is_alike(a, b)).count();
+                vec![off as f64, *unlike as f64]
+            };
+            let mutate = |(seen, unlike): &mut Output, bound: &Bound| match bound.column {
+                0 => seen[0].color[0] += 1e-8,
+                _ => {
+                    let mut wrong = picture.clone();
+                    wrong.color[0][0] = f64::from_bits(wrong.color[0][0].to_bits() + 1);
+                    *unlike = pixels_unlike(&wrong, other);
+                }
+            };
+            let is_default = *threads == usual_threads().min(3);
+            let standing = if is_default { Standing::Default } else { Standing::Mode };
+            let name = if *threads == 1 { "1 thread".into() } else { format!("{threads} threads") };
+            let row =
+                Row::judged(effort, (subject, &name, standing), &output, bounds.to_vec(), judge, mutate);
+            rows.push(row.timed(*timing, picture.facet.len() as f64));
         }
     }
     rows

@@ -1,13 +1,23 @@
 //! Numerical stability: the hard cases with the promised and the measured results.
+//!
+//! Each case is drawn by the fast path on every SIMD level of this CPU and on 1, 2, 3 and 16
+//! threads, which has to give the same bytes and depths everywhere, and by the plain path; both are
+//! held to the reference.
 
-use super::experiment::Bound;
-use super::picture::{draw_case, truth};
-use crate::eye::{EyeScene, render as render_eye};
+mod extremes;
+mod eye;
+
+use super::picture::{Buffers, truth};
+use crate::draw2d::over;
+use crate::executor::ThreadPool;
 use crate::memory::DepthFormat;
-use crate::truth::compare::compare;
+use crate::pipeline::{RenderOptions, RenderPath, Renderer};
+use crate::server::worker_pool;
+use crate::simd::Level;
+use crate::truth::compare::{Comparison, compare};
 use crate::truth::hard_cases;
-use crate::truth::scenes::{Case, Random};
-use serde_json::json;
+use crate::truth::scenes::Case;
+use std::sync::Arc;
 
 /// Result of one hard case.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,195 +32,135 @@ pub struct HardRow {
     pub passed: bool,
 }
 
-/// Runs all hard cases, the limits of f32, and the eye at all scales. `progress` is called with the
-/// title of each part before it begins.
+/// Runs all hard cases. `progress` is called with the title of each part before it begins.
 pub fn hard(progress: &mut dyn FnMut(&str)) -> Vec<HardRow> {
     progress("Hard cases through the pipeline");
-    let mut rows: Vec<HardRow> = hard_cases().iter().map(through_the_pipeline).collect();
-    progress("Limits of f32");
-    rows.extend(limits_of_f32().iter().map(Limit::row));
-    progress("The eye at all scales");
-    rows.extend(eye_scales());
+    let ways = Ways::new();
+    let mut rows: Vec<HardRow> = hard_cases().iter().map(|case| through_the_pipeline(&ways, case)).collect();
+    progress("Numbers at the end of f64");
+    rows.extend(extremes::rows(&ways));
+    progress("Blending, every value at every opacity");
+    rows.push(blending_in_2d());
+    progress("The eye");
+    rows.extend(eye::rows());
     rows
 }
 
+/// Threads that every case is drawn on.
+const THREADS: [usize; 4] = [1, 2, 3, 16];
+
+/// Renderers of the fast path: every level of this CPU on every number of threads.
+pub(super) struct Ways {
+    pools: Vec<(usize, Option<Arc<ThreadPool>>)>,
+}
+
+impl Ways {
+    fn new() -> Ways {
+        Ways { pools: THREADS.map(|n| (n, worker_pool(Some(n)))).to_vec() }
+    }
+
+    /// Returns the number of ways.
+    fn count(&self) -> usize {
+        Level::ALL.iter().filter(|l| l.is_available()).count() * self.pools.len()
+    }
+
+    /// Draws by every way. Returns the first result and the names of the ways with another one.
+    pub(super) fn draw(&self, draw: impl Fn(&mut Renderer) -> Buffers) -> (Buffers, Vec<String>) {
+        let mut first: Option<Buffers> = None;
+        let mut others = Vec::new();
+        for level in Level::ALL.into_iter().filter(|l| l.is_available()) {
+            for (threads, pool) in &self.pools {
+                let options =
+                    RenderOptions { pool: pool.clone(), simd: Some(level), ..RenderOptions::default() };
+                let drawn = draw(&mut Renderer::new(options));
+                match &first {
+                    Some(first) if !first.is_same(&drawn) => {
+                        others.push(format!("{} on {threads}", level.as_str()))
+                    }
+                    Some(_) => {}
+                    None => first = Some(drawn),
+                }
+            }
+        }
+        (first.expect("the portable level is always there"), others)
+    }
+
+    /// Returns the measured part about the ways.
+    pub(super) fn described(&self, others: &[String]) -> String {
+        match others {
+            [] => format!("{} ways alike", self.count()),
+            _ => format!("{} of {} ways differ: {}", others.len(), self.count(), others.join(", ")),
+        }
+    }
+}
+
 /// Returns the errors that the specification allows for a case.
-fn promise(case: &Case) -> String {
+fn promise(case: &Case, is_free: bool) -> String {
+    if is_free {
+        return "any picture of the face or none, the same by every level and number of threads".into();
+    }
     let depth = match case.format {
         DepthFormat::F32 => "depth to 2 ulp or 4e-7",
         DepthFormat::Reversed => "depth to 4 ulp of what is stored",
         _ => "depth to 0.501 of a step",
     };
     let textured = case.scene.objects.iter().any(|o| o.texture.is_some());
-    format!("0 pixels off in coverage, colour to {}/255, {depth}", if textured { 2 } else { 1 })
+    format!(
+        "0 pixels off in coverage, colour to {}/255, {depth}; the same by every level and number of threads",
+        if textured { 2 } else { 1 }
+    )
 }
 
-fn through_the_pipeline(case: &Case) -> HardRow {
-    let drawn = draw_case(case);
-    let report = compare(&drawn.memory, drawn.depth.as_ref(), &truth(case));
-    let measured = format!(
-        "off: coverage {}, colour {}, depth {}; colour to {}/255, depth to {:.2} of its limit{}",
-        report.coverage_off,
-        report.color_off,
-        report.depth_off,
-        report.max_color,
-        report.max_depth,
-        if report.turns > 0 {
-            format!("; {} of {} pixels may be either way", report.turns, report.pixels)
-        } else {
-            String::new()
-        }
-    );
-    HardRow { case: case.name.clone(), promise: promise(case), measured, passed: report.is_right() }
-}
-
-/// Returns the largest power of two, from 2^-30 on, up to which `holds` is true.
-fn last_power_that(holds: impl Fn(f64) -> bool) -> f64 {
-    let mut last = 0.0;
-    for k in -30..60 {
-        let x = libm::exp2(k as f64);
-        if !holds(x) {
-            break;
-        }
-        last = x;
-    }
-    last
-}
-
-/// Limit of f32: derived from the format, and measured.
-struct Limit {
-    case: &'static str,
-    /// Largest power of two at which the property holds, by theory.
-    theory: f64,
-    /// Derivation of the limit.
-    because: &'static str,
-    /// Tests the property at a power of two.
-    holds: fn(f64) -> bool,
-}
-
-impl Limit {
-    fn row(&self) -> HardRow {
-        let found = last_power_that(self.holds);
-        HardRow {
-            case: self.case.into(),
-            promise: format!("holds to {:e}: {}", self.theory, self.because),
-            measured: format!("holds to {found:e}, fails at {:e}", 2.0 * found),
-            passed: found == self.theory,
-        }
+fn through_the_pipeline(ways: &Ways, case: &Case) -> HardRow {
+    let (fast, others) = ways.draw(|renderer| Buffers::of_case(renderer, case));
+    let plain = RenderOptions { path: RenderPath::Plain, ..RenderOptions::default() };
+    let plain = Buffers::of_case(&mut Renderer::new(plain), case);
+    let exact = truth(case);
+    let [fast, plain] = [&fast, &plain].map(|b| compare(&b.memory, b.depth.as_ref(), &exact));
+    let is_free = fast.loose == fast.pixels;
+    HardRow {
+        case: case.name.clone(),
+        promise: promise(case, is_free),
+        measured: format!("{}; plain path: {}; {}", counts(&fast), short(&plain), ways.described(&others)),
+        passed: fast.is_right() && plain.is_right() && others.is_empty(),
     }
 }
 
-/// Returns cases in which f32 must fail. An f32 has a significand of 24 bits: from 2^k to 2^(k+1)
-/// its values are 2^(k-23) apart.
-fn limits_of_f32() -> [Limit; 5] {
-    let power_under = |x: f64| libm::exp2(libm::floor(libm::log2(x)));
-    [
-        Limit {
-            case: "a texture coordinate in f32, to 1/256 texel, texels from the origin",
-            theory: libm::exp2(23.0 - 8.0),
-            because: "2^(k-23) <= 2^-8 up to k = 15",
-            holds: |x| {
-                let next = f32::from_bits((x as f32).to_bits() + 1);
-                next as f64 - x <= 1.0 / 256.0
-            },
-        },
-        Limit {
-            case: "a screen coordinate in f32, to 1/256 pixel",
-            theory: libm::exp2(23.0 - 8.0),
-            because: "a step of 1/256 is lost where numbers stand 1/128 apart, from 2^16 on",
-            holds: |x| (x as f32 + 1.0 / 256.0) as f64 == x + 1.0 / 256.0,
-        },
-        Limit {
-            case: "the edge function in f32, a point half a unit beside an edge through the origin",
-            theory: libm::exp2(24.0),
-            because: "the corner (x, x - 1) is on the diagonal once x - 1 takes more than 24 bits",
-            holds: |x| {
-                let (d, p) = ([x as f32, (x - 1.0) as f32], [(x * 0.5) as f32, (x * 0.5) as f32]);
-                d[0] * p[1] - d[1] * p[0] != 0.0
-            },
-        },
-        Limit {
-            case: "Phong's power of a cosine in f32, to half a step of 255, as exponent",
-            // Neighbours below 1 are 2^-24 apart; the nearest power is off by d(x^n) = n x^(n-1)
-            // 2^-24 at most, x near 1.
-            theory: power_under(0.5 / 255.0 * libm::exp2(24.0)),
-            because: "n 2^-24 <= 0.5/255",
-            holds: |n| {
-                let below = 1.0 - libm::exp2(-24.0);
-                (1.0 - libm::pow(below, n)).abs() <= 0.5 / 255.0
-            },
-        },
-        Limit {
-            case: "a depth of f32 behind a near plane at 1, two surfaces a unit apart, distance from the eye",
-            // z = 1 - 1/d with the far plane at infinity; numbers below 1 are 2^-24 apart.
-            theory: libm::exp2(11.0),
-            because: "1/(d (d+1)) > 2^-24 holds for all d under 2^12, so from 2^11 to its double",
-            holds: |d| {
-                let z = |d: f64| (1.0 - 1.0 / d) as f32;
-                // Any two surfaces a unit apart up to here.
-                (0..64).all(|i| z(d + d * i as f64 / 64.0) < z(d + d * i as f64 / 64.0 + 1.0))
-            },
-        },
-    ]
-}
-
-/// Compares the same world in units from 1e-6 to 1e6: equal facets, and distances in proportion.
-fn eye_scales() -> Vec<HardRow> {
-    let picture = |scale: f64| {
-        let mut r = Random::new(77);
-        let facets: Vec<_> = (0..20)
-            .map(|_| {
-                let c = [r.real(3.0, 6.0), r.real(-1.0, 1.0), r.real(-1.0, 1.0)];
-                let v: Vec<Vec<f64>> =
-                    (0..3).map(|_| c.iter().map(|c| scale * (c + r.real(-0.7, 0.7))).collect()).collect();
-                json!({ "v": v, "color": [200, 100, 50] })
-            })
-            .collect();
-        let text = json!({
-            "dim": 3, "pixels": [64], "d": scale, "S": [1.6 * scale], "aperture_tan": [0.5], "I_d": 0.3,
-            "view": { "k": 2, "n": 1 }, "lights": [], "facets": facets,
-        });
-        let scene =
-            EyeScene::from_json(text.to_string().as_bytes()).expect("a scene of this file's own making");
-        render_eye(&scene)
+fn counts(report: &Comparison) -> String {
+    let turns = match report.turns {
+        0 => String::new(),
+        turns => format!("; {turns} of {} pixels may be either way", report.pixels),
     };
-    let unit = picture(1.0);
-    [1e-6, 1e-3, 1e3, 1e6]
-        .map(|scale| {
-            let scaled = picture(scale);
-            let other = unit.facet.iter().zip(&scaled.facet).filter(|(a, b)| a != b).count();
-            let off = unit.dist.iter().zip(&scaled.dist).filter(|(a, _)| a.is_finite());
-            let worst = off.fold(0f64, |m, (a, b)| m.max((b / scale / a - 1.0).abs()));
-            let bounds = [Bound { column: 0, at_most: 0.0 }, Bound { column: 1, at_most: 1e-12 }];
-            HardRow {
-                case: format!("an N-dimensional world in units of {scale:e}"),
-                promise: format!("the same facets, distances to {:e} of themselves", bounds[1].at_most),
-                measured: format!("{other} other facets, distances to {worst:.1e}"),
-                passed: other as f64 <= bounds[0].at_most && worst <= bounds[1].at_most,
-            }
-        })
-        .to_vec()
+    format!(
+        "off: coverage {}, colour {}, depth {}; colour to {}/255, depth to {:.2} of its limit{turns}",
+        report.coverage_off, report.color_off, report.depth_off, report.max_color, report.max_depth
+    )
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+fn short(report: &Comparison) -> String {
+    format!(
+        "{} off, colour to {}/255",
+        report.coverage_off + report.color_off + report.depth_off,
+        report.max_color
+    )
+}
 
-    #[test]
-    fn f32_holds_up_to_each_limit_and_not_beyond() {
-        for limit in limits_of_f32() {
-            assert!((limit.holds)(limit.theory), "{} at {}", limit.case, limit.theory);
-            assert!(!(limit.holds)(2.0 * limit.theory), "{} at {}", limit.case, 2.0 * limit.theory);
+/// Compares compositing over with the nearest whole number, for every value at every opacity over
+/// every value.
+fn blending_in_2d() -> HardRow {
+    let mut off = 0usize;
+    for (value, alpha) in (0..=255u8).flat_map(|v| (0..=255u8).map(move |a| (v, a))) {
+        for dest in 0..=255u8 {
+            let sum = u32::from(value) * u32::from(alpha) + u32::from(dest) * u32::from(255 - alpha);
+            // The nearest k to sum / 255: |255 k - sum| <= 127; 255 is odd, so there is no tie.
+            let found = over([value, 0, 0, alpha], [dest, 0, 0, 255]);
+            off += usize::from((255 * u32::from(found[0])).abs_diff(sum) > 127 || found[3] != 255);
         }
     }
-
-    #[test]
-    fn f64_is_nowhere_near_these_limits() {
-        // The same edge, corner and point in f64, as in the pipeline, far on both sides of f32's
-        // limit.
-        for k in [20, 24, 25, 40, 52] {
-            let x = libm::exp2(k as f64);
-            assert!(x * (x * 0.5) - (x - 1.0) * (x * 0.5) == x * 0.5, "2^{k}");
-        }
+    HardRow {
+        case: "source over dest in 2-D, 256 values x 256 opacities x 256 values".into(),
+        promise: "the nearest whole number to (s a + d (255 - a)) / 255, and opaque".into(),
+        measured: format!("{off} of {} off", 1 << 24),
+        passed: off == 0,
     }
 }

@@ -11,10 +11,13 @@
 //!       -> Markdown | JSON | one HTML page
 //! ```
 
+mod all_stages;
 mod approximations;
 pub mod bench;
+mod bill;
 mod clock;
 mod coverage;
+mod coverage_drawn;
 mod depth;
 mod experiment;
 mod eye;
@@ -30,14 +33,18 @@ mod report;
 mod scaling;
 mod scaling_studies;
 mod shading;
+mod stages;
 mod textures;
 mod threads;
 pub mod write;
 
+pub use all_stages::all_stages;
+pub use bill::{Bill, BillItem, bill};
 pub use clock::Timing;
-pub use experiment::{Bound, Effort, Experiment, Picture, Row};
+pub use experiment::{Bound, Check, Effort, Experiment, Picture, Row, Standing, Truth};
 pub use goals::{Goal, eye_goals};
 pub use hard::{HardRow, hard};
 pub use picture::{Drawn, draw_case};
 pub use report::{Report, ScalingStudy, Section, experiments, run, scaling_studies};
 pub use scaling::{Scaling, ScalingPoint};
+pub use stages::{Saving, savings};

@@ -3,10 +3,11 @@
 use super::clock::Timing;
 use super::experiment::Effort;
 use crate::memory::{DepthFormat, DepthMemory, PickBuffer, VideoMemory};
-use crate::pipeline::{DrawCall, RenderOptions, RenderPath, Renderer, SceneOptions, Target};
+use crate::pipeline::{DrawCall, PipelineError, RenderOptions, RenderPath, Renderer, SceneOptions, Target};
 use crate::scene::{Scene, Viewport, ViewportRule};
-use crate::truth::scenes::Case;
-use crate::truth::{Transparency, TruthPicture, render};
+use crate::truth::compare::{color_error, compare};
+use crate::truth::scenes::{Case, Random};
+use crate::truth::{Transparency, TruthPicture, render, render_pixels};
 
 /// Buffers after the draws of a case.
 #[derive(Clone, Debug)]
@@ -35,7 +36,44 @@ pub fn draw_case(case: &Case) -> Drawn {
     Drawn { memory, depth, ids }
 }
 
+/// Buffers after one case was drawn, or refused.
+pub(super) struct Buffers {
+    /// Colours.
+    pub memory: VideoMemory,
+    /// Depth, if the draws needed one.
+    pub depth: Option<DepthMemory>,
+    /// Reason of a refusal.
+    pub refusal: Option<PipelineError>,
+}
+
+impl Buffers {
+    /// Draws a case.
+    pub fn of_case(renderer: &mut Renderer, case: &Case) -> Buffers {
+        let mut memory = VideoMemory::new(case.width, case.height).expect("a case's frame is small");
+        let mut depth = None;
+        let mut target =
+            Target { memory: &mut memory, depth: &mut depth, depth_format: case.format, ids: None };
+        let refusal = try_draw_into(renderer, &mut target, case).err();
+        Buffers { memory, depth, refusal }
+    }
+
+    /// Returns whether both hold the same bytes and depths, or were refused alike.
+    pub fn is_same(&self, other: &Buffers) -> bool {
+        let words = |b: &Buffers| -> Vec<u32> {
+            let pixels = (b.memory.width() * b.memory.height()) as usize;
+            b.depth.iter().flat_map(|d| (0..pixels).map(|i| d.word(i))).collect()
+        };
+        self.memory.bytes() == other.memory.bytes()
+            && self.refusal == other.refusal
+            && words(self) == words(other)
+    }
+}
+
 fn draw_into(renderer: &mut Renderer, target: &mut Target, case: &Case) {
+    try_draw_into(renderer, target, case).expect("a case's scene can be drawn");
+}
+
+fn try_draw_into(renderer: &mut Renderer, target: &mut Target, case: &Case) -> Result<(), PipelineError> {
     let s = &case.settings;
     let full_frame =
         Viewport { x: 0, y: 0, width: case.width, height: case.height, rule: ViewportRule::Corners };
@@ -54,7 +92,7 @@ fn draw_into(renderer: &mut Renderer, target: &mut Target, case: &Case) {
                 transparency,
                 ..SceneOptions::new(case.width, case.height)
             };
-            renderer.draw_scene(target, &scene, &options).expect("a case's scene can be drawn");
+            renderer.draw_scene(target, &scene, &options)?;
         }
         Transparency::AtOnce => {
             for (i, o) in case.scene.objects.iter().enumerate() {
@@ -77,10 +115,11 @@ fn draw_into(renderer: &mut Renderer, target: &mut Target, case: &Case) {
                     name: i as u32,
                     ..DrawCall::new(&o.geometry, &o.material, case.width, case.height)
                 };
-                renderer.draw(target, &call).expect("a case's object can be drawn");
+                renderer.draw(target, &call)?;
             }
         }
     }
+    Ok(())
 }
 
 /// Renderer with its buffers, which are reused from frame to frame as in a server.
@@ -126,7 +165,7 @@ impl BenchFrame {
 /// Draws a case with the default options, by the tile renderer on one thread. Returns its bytes and
 /// timing.
 pub(super) fn drawn_as_usual(effort: &Effort, case: &Case) -> (Vec<u8>, Option<Timing>) {
-    let mut frame = BenchFrame::new(Renderer::new(RenderOptions::default()), case.width, case.height);
+    let mut frame = BenchFrame::new(effort.renderer(), case.width, case.height);
     let ((), timing) = effort.run(|| frame.draw_case(case));
     (frame.memory.bytes().to_vec(), timing)
 }
@@ -135,4 +174,76 @@ pub(super) fn drawn_as_usual(effort: &Effort, case: &Case) -> (Vec<u8>, Option<T
 pub(super) fn truth(case: &Case) -> TruthPicture {
     render(&case.scene, case.width, case.height, case.format, &case.settings)
         .expect("a case's camera makes a picture")
+}
+
+/// Renders the listed pixels of a case by the reference.
+pub(super) fn truth_pixels(case: &Case, pixels: &[[u32; 2]]) -> TruthPicture {
+    render_pixels(&case.scene, case.width, case.height, case.format, &case.settings, pixels)
+        .expect("a case's camera makes a picture")
+}
+
+/// Moves one channel of one byte picture away from its truth, by `steps` and one more: at a pixel
+/// with a single accepted result, on the side that has room for it.
+pub(super) fn raise_error(found: &mut [u8], exact: &TruthPicture, steps: f64) {
+    let off = steps as i32 + 1;
+    for (i, pixel) in found.chunks_exact_mut(4).enumerate() {
+        let [x, y] = [i as u32 % exact.width(), i as u32 / exact.width()];
+        let [state] = exact.states(x, y) else { continue };
+        if exact.is_free(x, y) || state.lo != state.hi {
+            continue;
+        }
+        for (channel, right) in pixel.iter_mut().zip(state.lo) {
+            let moved = [i32::from(right) + off, i32::from(right) - off];
+            if let Some(wrong) = moved.into_iter().find_map(|v| u8::try_from(v).ok()) {
+                *channel = wrong;
+                return;
+            }
+        }
+    }
+}
+
+/// Returns the largest difference of the plain f64 path from the reference, two programs without
+/// common code: the second way of the tables whose truth is the reference.
+pub(super) fn plain_against_truth(case: &Case) -> f64 {
+    f64::from(compare(&draw_case(case).memory, None, &truth(case)).max_color)
+}
+
+/// Number of pixels that a [`Compared`] has.
+const COMPARED: usize = 1_000;
+
+/// Pixels of a case drawn at random, with their truth.
+pub(super) struct Compared {
+    pixels: Vec<[u32; 2]>,
+    exact: TruthPicture,
+}
+
+impl Compared {
+    /// Renders the pixels by the reference.
+    pub fn new(case: &Case) -> Compared {
+        let mut r = Random::new(1964);
+        let pixels: Vec<[u32; 2]> =
+            (0..COMPARED).map(|_| [r.below(case.width), r.below(case.height)]).collect();
+        let exact = truth_pixels(case, &pixels);
+        Compared { pixels, exact }
+    }
+
+    /// Returns the largest error of a picture at these pixels, in 1/255.
+    pub fn largest_error(&self, bytes: &[u8]) -> f64 {
+        let error = |&[x, y]: &[u32; 2]| {
+            let at = (self.exact.width() * y + x) as usize;
+            color_error(&self.exact, at, std::array::from_fn(|c| bytes[4 * at + c]))
+        };
+        f64::from(self.pixels.iter().map(error).max().unwrap_or(0))
+    }
+
+    /// Moves one pixel away from its truth, by `steps` and one more.
+    pub fn raise(&self, bytes: &mut [u8], steps: f64) {
+        for &[x, y] in &self.pixels {
+            let [state] = self.exact.states(x, y) else { continue };
+            if !self.exact.is_free(x, y) && state.lo == state.hi && state.hi[0] < 250 {
+                bytes[4 * (self.exact.width() * y + x) as usize] = state.hi[0] + steps as u8 + 1;
+                return;
+            }
+        }
+    }
 }

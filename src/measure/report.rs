@@ -1,6 +1,6 @@
 //! Report of all experiments.
 
-use super::experiment::{Effort, Experiment, Row};
+use super::experiment::{Check, Effort, Experiment, Row, Standing};
 use super::scaling::Scaling;
 
 /// Returns all experiments, in the order of the stages.
@@ -13,6 +13,7 @@ pub fn experiments() -> Vec<Experiment> {
         super::shading::SHADING,
         super::textures::TEXTURES,
         super::hidden_surfaces::HIDDEN,
+        super::stages::STAGES,
         super::fibre_fan::FAN,
         super::eye::EYE,
         super::threads::THREADS,
@@ -51,15 +52,22 @@ pub struct Section {
     pub experiment: Experiment,
     /// Rows that it produced.
     pub rows: Vec<Row>,
+    /// Agreement of its truth with the second way.
+    pub check: Check,
 }
 
 impl Section {
+    /// Runs an experiment.
+    pub fn of(experiment: Experiment, effort: &Effort) -> Section {
+        Section { experiment, rows: (experiment.rows)(effort), check: (experiment.check)(effort) }
+    }
+
     /// Iterates over the subjects in order, each with its rows.
     pub fn subjects(&self) -> impl Iterator<Item = (&str, &[Row])> {
         self.rows.chunk_by(|a, b| a.subject == b.subject).map(|rows| (rows[0].subject.as_str(), rows))
     }
 
-    /// Returns (subject, alternative) of the alternatives that are clearly better than the default:
+    /// Returns (subject, alternative) of the modes that are clearly better than the default:
     /// at least a tenth faster with no more error, the quartiles of the times apart, or with at most
     /// half the error in no more time, by the medians and by the third quartiles. Returns `None` if
     /// nothing was timed or there is no default.
@@ -68,11 +76,11 @@ impl Section {
         let mut better = Vec::new();
         let mut has_default = false;
         for (subject, rows) in self.subjects() {
-            let Some(default) = rows.iter().find(|r| r.is_default) else { continue };
+            let Some(default) = rows.iter().find(|r| r.is_default()) else { continue };
             let Some([low, time, high]) = default.nanosecond_quartiles() else { continue };
             has_default = true;
             let error = default.errors[column];
-            for row in rows.iter().filter(|r| !r.is_default) {
+            for row in rows.iter().filter(|r| r.standing == Standing::Mode) {
                 let Some([_, t, most]) = row.nanosecond_quartiles() else { continue };
                 let is_faster = t < 0.9 * time && most < low && row.errors[column] <= error;
                 let is_no_slower = t <= time && most <= high;
@@ -104,11 +112,12 @@ impl Section {
         }
     }
 
-    /// Returns whether `row` is on the Pareto front of `rows`: no other is both faster and more
-    /// accurate.
+    /// Returns whether `row` is on the Pareto front of `rows`: a mode of the program, and no other
+    /// mode is both faster and more accurate.
     pub fn is_on_front(&self, rows: &[Row], row: &Row) -> bool {
         let column = self.experiment.plotted;
-        let value = |r: &Row| Some((r.nanoseconds_per_unit()?, r.errors[column]));
+        let is_mode = |r: &Row| r.standing != Standing::Comparison;
+        let value = |r: &Row| Some((r.nanoseconds_per_unit().filter(|_| is_mode(r))?, r.errors[column]));
         let Some((time, error)) = value(row) else { return false };
         !rows.iter().filter_map(value).any(|(t, e)| t <= time && e <= error && (t < time || e < error))
     }
@@ -143,6 +152,12 @@ impl Report {
     pub fn broken_bounds(&self) -> Vec<String> {
         let mut broken = Vec::new();
         for s in &self.sections {
+            if !s.check.is_right() {
+                broken.push(format!(
+                    "{}: the truth and its second way differ by {}, at most {} is expected",
+                    s.experiment.title, s.check.difference, s.check.at_most
+                ));
+            }
             for row in s.rows.iter().filter(|r| !r.is_within_bounds()) {
                 for b in row.bounds.iter().filter(|b| !matches!(row.errors[b.column], e if e <= b.at_most)) {
                     broken.push(format!(
@@ -167,7 +182,7 @@ pub fn run(effort: Effort, progress: &mut dyn FnMut(&str)) -> Report {
         .into_iter()
         .map(|experiment| {
             progress(experiment.title);
-            Section { experiment, rows: (experiment.rows)(&effort) }
+            Section::of(experiment, &effort)
         })
         .collect();
     let mut scaling = Vec::new();

@@ -1,7 +1,7 @@
 //! Shading: flat, Gouraud and Phong on a sphere, and Phong with approximate square roots and
 //! powers.
 
-use super::experiment::{Bound, Effort, Experiment, Picture, Row};
+use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
 use super::{approximations, picture};
 use crate::math::power;
 use crate::memory::DepthFormat;
@@ -16,9 +16,15 @@ use glam::DVec3;
 pub(super) const SHADING: Experiment = Experiment {
     id: "shading",
     title: "Shading",
-    about: "A sphere of triangles with one light and a highlight of exponent 32. The pipeline's flat, Gouraud and Phong against \
-            Phong of the reference on the same triangles; then, on the sphere itself, Phong in f32 with exact and approximate \
-            square root and power against f64.",
+    about: "A sphere of triangles with one light and a highlight of exponent 32. The renderer's flat, Gouraud and Phong against \
+            Phong on the same triangles; then, on the sphere itself and without the renderer, Phong in f32 with exact and \
+            approximate square root and power.",
+    truth: Truth {
+        is: "Phong's equation at each pixel of the triangles, and of the sphere",
+        digits: "positions 32, lighting 15",
+        second_way: "the plain path, a program apart, for the triangles; the angle between V and R for the sphere; in 1/255",
+    },
+    check,
     columns: &["largest error, 1/255", "RMSE, 1/255", "99.9th percentile, 1/255", "SSIM"],
     plotted: 1,
     unit: "pixel",
@@ -44,39 +50,69 @@ fn rows(effort: &Effort) -> Vec<Row> {
     rows
 }
 
-fn on_triangles(effort: &Effort) -> Vec<Row> {
+/// Returns the ball of triangles and the light.
+fn scene() -> Scene {
     let mut ball = object("ball", shapes::sphere(1.6).expect("a sphere of radius 1.6"));
     ball.material = material();
     let light = Light::directional(light_direction(), DVec3::ONE);
-    let scene = Scene { lights: vec![light], objects: vec![ball], ..Scene::default() };
+    Scene { lights: vec![light], objects: vec![ball], ..Scene::default() }
+}
+
+fn case(effort: &Effort, shade: ShadeMode) -> Case {
     let side = effort.pick(96, 256);
-    let case = |shade| Case {
+    Case {
         name: "ball".into(),
-        scene: scene.clone(),
+        scene: scene(),
         settings: Settings { shade, ..Settings::default() },
         format: DepthFormat::F32,
         width: side,
         height: side,
-    };
-    let exact = picture::truth(&case(ShadeMode::Phong));
-    let [flat, gouraud] = bounds_of_facets(&scene);
-    let modes = [(ShadeMode::Flat, flat), (ShadeMode::Gouraud, gouraud), (ShadeMode::Phong, 1.0)];
+    }
+}
+
+/// Compares the reference with the plain path, and the cosine of V and R from the vectors with that
+/// of twice the angle between N and L, in the plane of both.
+fn check(effort: &Effort) -> Check {
+    let on_triangles = picture::plain_against_truth(&case(effort, ShadeMode::Phong));
+    let on_sphere = normals_of_a_ball(48).into_iter().flatten().map(|n| {
+        let (n, l) = (n / n.length(), -light_direction() / light_direction().length());
+        let v = DVec3::Z;
+        // R is L turned by twice the angle of N and L in their plane (O. Rodrigues, 1840).
+        let axis = l.cross(n);
+        let (sin, cos) = (axis.length(), n.dot(l));
+        let (sin2, cos2) = (2.0 * sin * cos, 2.0 * cos * cos - 1.0);
+        let r = if sin > 0.0 { l * cos2 + (axis / sin).cross(l) * sin2 } else { l };
+        let direct = 2.0 * cos * n - l;
+        255.0 * (libm::pow(r.dot(v).max(0.0), 32.0) - libm::pow(direct.dot(v).max(0.0), 32.0)).abs()
+    });
+    Check { difference: on_sphere.fold(on_triangles, f64::max), at_most: 1.0 }
+}
+
+fn on_triangles(effort: &Effort) -> Vec<Row> {
+    let exact = picture::truth(&case(effort, ShadeMode::Phong));
+    let [flat, gouraud] = bounds_of_facets(&scene());
+    let flat_because = "flat: the colour's slope over the angle from a facet's corner to its middle";
+    let gouraud_because = "gouraud: the colour's slope over twice that angle";
+    let phong_because = "phong: the limit of untextured colours, by the specification";
+    let modes = [
+        (ShadeMode::Flat, flat, flat_because),
+        (ShadeMode::Gouraud, gouraud, gouraud_because),
+        (ShadeMode::Phong, 1.0, phong_because),
+    ];
     modes
-        .map(|(shade, at_most)| {
-            let case = case(shade);
+        .map(|(shade, at_most, because)| {
+            let case = case(effort, shade);
             let (found, timing) = picture::drawn_as_usual(effort, &case);
+            let standing = if shade == ShadeMode::default() { Standing::Default } else { Standing::Mode };
+            let judge = |found: &Vec<u8>| columns(case.width as usize, found, &nearest_bytes(&exact, found));
+            let mutate =
+                |found: &mut Vec<u8>, bound: &Bound| picture::raise_error(found, &exact, bound.at_most);
+            let bounds = vec![Bound { column: 0, at_most, because }];
+            let key = ("sphere of triangles", shade.as_str(), standing);
             let truth = nearest_bytes(&exact, &found);
-            Row {
-                subject: "sphere of triangles".into(),
-                alternative: shade.as_str().into(),
-                is_default: shade == ShadeMode::Phong,
-                errors: columns(side as usize, &found, &truth),
-                bounds: vec![Bound { column: 0, at_most }],
-                is_run: true,
-                timing,
-                work: (side * side) as f64,
-                picture: Some(Picture { width: side, found, truth }),
-            }
+            Row::judged(effort, key, &found, bounds, judge, mutate)
+                .timed(timing, f64::from(case.width * case.height))
+                .with_picture(case.width, found, truth)
         })
         .to_vec()
 }
@@ -101,39 +137,42 @@ fn bounds_of_facets(scene: &Scene) -> [f64; 2] {
 
 type Root = fn(f32) -> f32;
 type Power = fn(f32, f32) -> f32;
+/// Bound of the largest error with its derivation.
+type Limit = Option<(f64, &'static str)>;
 
 fn on_a_sphere(effort: &Effort) -> Vec<Row> {
     let exact_root: Root = |x| 1.0 / x.sqrt();
     let exact_power: Power = |x, n| power::pow(x as f64, n as f64) as f32;
-    let ways: [(&str, Root, Power, f64); 7] = [
-        ("f32, exact root and power", exact_root, exact_power, 1.0),
-        // 2^-12 of the root, twice in R, of which V sees twice that; to the 32nd power, times ks.
-        ("12-bit root", |x| approximations::of_12_bits(x, 0), exact_power, 6.0),
-        ("12-bit root and one Newton step", |x| approximations::of_12_bits(x, 1), exact_power, 1.0),
-        ("root by bits, one Newton step", |x| approximations::by_bits(x, 1), exact_power, 40.0),
-        ("root by bits, two Newton steps", |x| approximations::by_bits(x, 2), exact_power, 1.0),
-        ("power by parabolas", exact_root, approximations::power_by_parabolas, 64.0),
-        ("power of Schlick", exact_root, approximations::power_of_schlick, 128.0),
+    // f32 loses less than a step of 255; then the root's error e counts twice in R, of which V sees
+    // twice that, to the 32nd power, times ks: 255 x 32 x 0.7 x 4 e.
+    let exact = Some((1.0, "f32: 8 roundings of 2^-24, to the 32nd power: less than a step"));
+    let coarse = Some((6.0, "12 bits: e = 2^-13 of the root, 255 x 32 x 0.7 x 4 e, over two of its steps"));
+    let by_bits = Some((41.0, "root by bits: e = 0.00175 (Lomont), 255 x 32 x 0.7 x 4 e, and a step"));
+    let ways: [(&str, Root, Power, Limit); 7] = [
+        ("f32, exact root and power", exact_root, exact_power, exact),
+        ("12-bit root", |x| approximations::of_12_bits(x, 0), exact_power, coarse),
+        ("12-bit root and one Newton step", |x| approximations::of_12_bits(x, 1), exact_power, exact),
+        ("root by bits, one Newton step", |x| approximations::by_bits(x, 1), exact_power, by_bits),
+        ("root by bits, two Newton steps", |x| approximations::by_bits(x, 2), exact_power, exact),
+        ("power by parabolas", exact_root, approximations::power_by_parabolas, None),
+        ("power of Schlick", exact_root, approximations::power_of_schlick, None),
     ];
     let side = effort.pick(128usize, 512);
     let normals = normals_of_a_ball(side);
     let truth: Vec<u8> = normals.iter().flat_map(|&n| n.map_or([0, 0, 0, 255], phong_f64)).collect();
-    ways.map(|(name, root, power, at_most)| {
+    ways.map(|(name, root, power, bound)| {
         let draw = || -> Vec<u8> {
-            normals.iter().flat_map(|&n| n.map_or([0, 0, 0, 255], |n| phong_f32(n, root, power))).collect()
+            let of = |&n: &Option<DVec3>| n.map_or([0, 0, 0, 255], |n| phong_f32(n, root, power));
+            std::hint::black_box(&normals).iter().flat_map(of).collect()
         };
         let (bytes, timing) = effort.run(draw);
-        Row {
-            subject: "sphere, per pixel".into(),
-            alternative: name.into(),
-            is_default: false,
-            errors: columns(side, &bytes, &truth),
-            bounds: vec![Bound { column: 0, at_most }],
-            is_run: true,
-            timing,
-            work: (side * side) as f64,
-            picture: Some(Picture { width: side as u32, found: bytes, truth: truth.clone() }),
-        }
+        let bounds = bound.map(|(at_most, because)| Bound { column: 0, at_most, because });
+        let key = ("sphere, per pixel", name, Standing::Comparison);
+        let judge = |found: &Vec<u8>| columns(side, found, &truth);
+        let mutate = |found: &mut Vec<u8>, bound: &Bound| found[0] = truth[0] + bound.at_most as u8 + 1;
+        Row::judged(effort, key, &bytes, bounds.into_iter().collect(), judge, mutate)
+            .timed(timing, (side * side) as f64)
+            .with_picture(side as u32, bytes, truth.clone())
     })
     .to_vec()
 }

@@ -27,12 +27,17 @@ impl Plan {
     ///
     /// The cost is linear in the mesh's polygons and corners; vertices are not transformed.
     pub fn of_draw(call: &DrawCall, target: &Target) -> Plan {
-        let mut plan = plan_call(call, target, Backend::default(), true);
-        let bound = ListLimits { threads: 1, list_bytes: LIST_BYTES as u64 };
-        let working = at_worst(call, target, &plan, None, bound);
-        plan.set_working_bytes(working.sum());
-        plan
+        let limits = ListLimits { threads: 1, list_bytes: LIST_BYTES as u64 };
+        plan_draw_for(call, target, Backend::default(), limits)
     }
+}
+
+/// Returns the plan of one draw by a backend, with its working memory.
+pub(crate) fn plan_draw_for(call: &DrawCall, target: &Target, backend: Backend, limits: ListLimits) -> Plan {
+    let mut plan = plan_call(call, target, backend, true);
+    let working = at_worst(call, target, &plan, None, limits);
+    plan.set_working_bytes(working.sum());
+    plan
 }
 
 /// Returns the plan of one draw, even if it would be refused, without its working memory.

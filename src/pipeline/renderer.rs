@@ -14,7 +14,7 @@ use super::draw_call::{
 };
 use super::geometry_cache::GeometryInfo;
 use super::ordered::draw_in_order;
-use super::path_plan::add_path;
+use super::path_plan::{add_path, plan_draw_for};
 use super::plan::{Part, Plan};
 use super::preemption::Preemption;
 use super::prepared_draw::{Layer, PreparedDraw};
@@ -227,6 +227,11 @@ impl Renderer {
     /// threads.
     pub fn plan_scene(&self, target: &Target, scene: &Scene, options: &SceneOptions) -> Plan {
         plan_scene_for(target, scene, options, self.backend(), self.threads())
+    }
+
+    /// Returns the plan of one draw, as this renderer draws it.
+    pub fn plan_draw(&self, target: &Target, call: &DrawCall) -> Plan {
+        plan_draw_for(call, target, self.backend(), self.list_limits())
     }
 
     /// Returns the faces that each path has drawn since the working memory was last freed.

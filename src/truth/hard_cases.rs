@@ -4,6 +4,7 @@
 //! and no pixel outside the viewport. A case about a promise that one picture cannot show (coplanar
 //! faces in any order) has a scene for each side of it.
 
+mod conformance;
 mod surfaces;
 
 use super::scenes::{Case, box_mesh, object};
@@ -28,6 +29,7 @@ pub fn hard_cases() -> Vec<Case> {
     surfaces::textures(&mut cases);
     surfaces::models(&mut cases);
     surfaces::views(&mut cases);
+    conformance::all(&mut cases);
     cases
 }
 

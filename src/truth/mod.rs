@@ -21,6 +21,7 @@ mod camera;
 pub mod compare;
 mod coverage;
 mod double_double;
+pub mod eye;
 mod face;
 mod fragment;
 mod hard_cases;
@@ -30,6 +31,7 @@ pub mod metrics;
 mod normals;
 mod picture;
 mod pixel_mask;
+mod rational;
 mod render;
 pub mod scenes;
 mod sky;
@@ -41,6 +43,7 @@ pub use coverage::{Coverage, Outline};
 pub use double_double::DoubleDouble;
 pub use hard_cases::hard_cases;
 pub use picture::{FaceKey, FaceRecord, PixelState, TruthPicture, byte, ulp_f32};
+pub use rational::Rational;
 pub use render::{Settings, Transparency, render, render_pixels};
 
 #[cfg(test)]

@@ -5,16 +5,18 @@
 //! `tests/data/report/quick_errors.json`. `BLESS=1` rewrites that file and still fails. Times are
 //! never asserted.
 
-use fbptr::measure::{Effort, Report, run, write};
+use fbptr::measure::{Effort, Report, Standing, run, write};
 use serde_json::Value;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-fn quick() -> &'static Report {
+pub fn quick() -> &'static Report {
     static REPORT: OnceLock<Report> = OnceLock::new();
     REPORT.get_or_init(|| {
         let start = std::time::Instant::now();
-        run(Effort::QUICK.untimed(), &mut |title| println!("{:6.2} s {title}", start.elapsed().as_secs_f64()))
+        run(Effort::QUICK.untimed().with_mutants(), &mut |title| {
+            println!("{:6.2} s {title}", start.elapsed().as_secs_f64())
+        })
     })
 }
 
@@ -49,6 +51,42 @@ fn every_error_of_the_quick_report_is_as_it_was() {
 fn no_bound_is_broken() {
     let broken = quick().broken_bounds();
     assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
+/// Each bounded output, turned wrong by a little more than its bound, has to be seen.
+#[test]
+fn every_bound_can_break() {
+    let mut count = 0;
+    for section in &quick().sections {
+        for row in &section.rows {
+            assert_eq!(row.mutants.len(), row.bounds.len(), "{}, {}", row.subject, row.alternative);
+            for (bound, error) in row.bounds.iter().zip(&row.mutants) {
+                let place = (section.experiment.id, &row.subject, &row.alternative, bound);
+                assert!(*error > bound.at_most, "not seen: {place:?} has {error}");
+                let little = 2.0 * bound.at_most + 4.0;
+                assert!(*error <= little, "not by a little: {place:?} has {error}");
+                count += 1;
+            }
+        }
+    }
+    assert!(count > 100, "{count}");
+}
+
+/// No table compares a way with itself: every default has a bound, and so a truth that can differ.
+#[test]
+fn every_default_is_held_to_a_truth() {
+    for section in &quick().sections {
+        assert!(section.check.is_right(), "{}: {:?}", section.experiment.id, section.check);
+        for row in section.rows.iter().filter(|r| r.is_default()) {
+            assert!(!row.bounds.is_empty(), "{}: {}", section.experiment.id, row.alternative);
+        }
+    }
+    let by_hand = |id: &str, alternative: &str| {
+        let rows = quick().sections.iter().filter(|s| s.experiment.id == id).flat_map(|s| &s.rows);
+        rows.filter(|r| r.alternative == alternative).map(|r| r.standing).collect::<Vec<_>>()
+    };
+    assert!(by_hand("interpolation", "f32 increments").iter().all(|s| *s == Standing::Comparison));
+    assert!(by_hand("interpolation", "affine").iter().all(|s| *s == Standing::Mode));
 }
 
 #[test]
@@ -148,4 +186,21 @@ fn whatever_comes_from_a_clock_is_named_after_it() {
     without_times(&mut a);
     without_times(&mut b);
     assert_eq!(a, b);
+}
+
+/// Neither the SIMD level nor the threads change an error.
+#[test]
+fn errors_are_the_same_on_every_level_and_number_of_threads() {
+    use fbptr::simd::Level;
+    let ids = ["interpolation", "depth", "shading", "textures", "hidden", "stages"];
+    for (level, threads) in Level::ALL.into_iter().filter(|l| l.is_available()).zip([16, 3, 2]) {
+        let effort = Effort::QUICK.untimed().drawn_by(Some(level), threads);
+        for section in quick().sections.iter().filter(|s| ids.contains(&s.experiment.id)) {
+            let rows = (section.experiment.rows)(&effort);
+            for (a, b) in rows.iter().zip(&section.rows) {
+                let place = (section.experiment.id, &a.subject, &a.alternative, level.as_str(), threads);
+                assert_eq!(a.errors, b.errors, "{place:?}");
+            }
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! Report as one HTML page: no script, no external resources, plots as inline SVG.
 
 use super::plot::{escape, scaling, speed_against_error};
-use super::{bounds, error, mebibytes, number, spent, time};
+use super::{bounds, derivations, error, mebibytes, name, number, saved, spent, time, truth};
 use crate::measure::{Report, Section};
 use std::fmt::Write;
 
@@ -22,6 +22,7 @@ figure ol { columns: 2; margin: .2rem 0 0; padding-left: 1.6rem; font-size: 12px
 .number { fill: var(--paper); font-weight: 600; } .pictures { display: flex; flex-wrap: wrap; gap: 1rem; } .pictures figure { flex: 0 0 auto; max-width: none; }
 .pictures img { image-rendering: pixelated; width: 9rem; margin-right: 2px; background: #000; }
 svg { width: 100%; height: auto; } svg text { font: 11px system-ui, sans-serif; fill: var(--ink); }
+.apart { fill: var(--paper); stroke: var(--ink); stroke-width: 1; }
 .grid { stroke: var(--faint); stroke-width: 1; } .dot { fill: var(--ink); } .default { fill: var(--mark); stroke: var(--paper); stroke-width: 1.5; }
 .front { fill: none; stroke: var(--front); stroke-width: 1.5; stroke-dasharray: 4 3; }
 .aside { stroke: var(--ink); stroke-width: 1; fill: var(--ink); }
@@ -47,6 +48,11 @@ pub fn html(report: &Report, machine: &str) -> String {
     }
     for section in &report.sections {
         section_html(&mut out, section);
+        if section.experiment.id == "stages" {
+            let saved: String =
+                saved(report).iter().map(|line| format!("<li>{}</li>", escape(line))).collect();
+            let _ = writeln!(out, "<p>Saved by what is left out:</p>\n<ul>{saved}</ul>");
+        }
     }
     scaling_html(&mut out, report);
     out.push_str("</body>\n</html>\n");
@@ -89,6 +95,7 @@ fn section_html(out: &mut String, section: &Section) {
     let e = &section.experiment;
     let _ =
         writeln!(out, "<section id=\"{}\">\n<h2>{}</h2>\n<p>{}</p>", e.id, escape(e.title), escape(e.about));
+    let _ = writeln!(out, "<p>{}</p>", escape(&truth(section)));
     out.push_str("<div class=\"plots\">\n");
     for (subject, rows) in section.subjects() {
         if let Some(plot) = speed_against_error(section, subject, rows) {
@@ -109,12 +116,12 @@ fn section_html(out: &mut String, section: &Section) {
             escape(subject)
         );
         for row in rows {
-            let class = match (row.is_within_bounds(), row.is_default) {
+            let class = match (row.is_within_bounds(), row.is_default()) {
                 (false, _) => " class=\"broken\"",
                 (true, true) => " class=\"default\"",
                 (true, false) => "",
             };
-            let _ = write!(out, "<tr{class}><td>{}</td>", escape(&row.alternative));
+            let _ = write!(out, "<tr{class}><td>{}</td>", escape(&name(row)));
             for v in &row.errors {
                 let _ = write!(out, "<td>{}</td>", error(row, *v));
             }
@@ -123,6 +130,11 @@ fn section_html(out: &mut String, section: &Section) {
         }
     }
     out.push_str("</tbody>\n</table>\n");
+    let derivations: String =
+        derivations(section).iter().map(|line| format!("<li>{}</li>", escape(line))).collect();
+    if !derivations.is_empty() {
+        let _ = writeln!(out, "<p>Bounds:</p>\n<ul>{derivations}</ul>");
+    }
     if section.rows.iter().any(|r| r.timing.is_some()) {
         let _ = writeln!(out, "<p class=\"verdict\">{}</p>", escape(&section.verdict()));
     }

@@ -1,6 +1,6 @@
 //! Report as JSON.
 
-use crate::measure::{Report, Row};
+use crate::measure::{Report, Row, Standing, savings};
 use serde_json::{Value, json};
 
 /// Converts a number; infinite ones, which JSON lacks, become text.
@@ -30,12 +30,13 @@ pub fn json(report: &Report, machine: &str) -> Value {
                     let bounds: Vec<Value> = r
                         .bounds
                         .iter()
-                        .map(|b| json!({ "column": s.experiment.columns[b.column], "at_most": value(b.at_most) }))
+                        .map(|b| json!({ "column": s.experiment.columns[b.column], "at_most": value(b.at_most), "because": b.because }))
                         .collect();
                     json!({
                         "subject": r.subject,
                         "alternative": r.alternative,
-                        "default": r.is_default,
+                        "default": r.is_default(),
+                        "for_comparison": r.standing == Standing::Comparison,
                         "errors": errors(s.experiment.columns, r),
                         "bounds": bounds,
                         "run": r.is_run,
@@ -51,6 +52,13 @@ pub fn json(report: &Report, machine: &str) -> Value {
                 "id": s.experiment.id,
                 "title": s.experiment.title,
                 "about": s.experiment.about,
+                "truth": {
+                    "is": s.experiment.truth.is,
+                    "digits": s.experiment.truth.digits,
+                    "second_way": s.experiment.truth.second_way,
+                    "difference": value(s.check.difference),
+                    "at_most": value(s.check.at_most),
+                },
                 "unit": s.experiment.unit,
                 "rows": rows,
                 "time_verdict": s.verdict(),
@@ -69,7 +77,18 @@ pub fn json(report: &Report, machine: &str) -> Value {
             json!({ "title": g.title, "grows": g.grows, "time_exponent": g.exponent(), "at_most": g.at_most, "points": points })
         })
         .collect();
-    json!({ "time_and_machine": machine, "time_unrest": report.unrest(), "quick": report.effort.is_quick, "sections": sections, "growth": scaling })
+    let saved: Vec<Value> = savings(report)
+        .iter()
+        .map(|s| {
+            json!({
+                "scene": s.scene,
+                "parts_left_out": value(s.parts_left_out),
+                "bytes_saved": value(s.bytes_saved),
+                "time_ratio": s.time_ratio,
+            })
+        })
+        .collect();
+    json!({ "time_and_machine": machine, "time_unrest": report.unrest(), "quick": report.effort.is_quick, "sections": sections, "growth": scaling, "saved": saved })
 }
 
 /// Returns the errors alone, which are identical to the digit on every machine, by section,

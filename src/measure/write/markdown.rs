@@ -1,6 +1,6 @@
 //! Report as Markdown tables.
 
-use super::{bounds, error, mebibytes, number, spent, time};
+use super::{bounds, derivations, error, mebibytes, name, number, saved, spent, time, truth};
 use crate::measure::{Goal, HardRow, Report, Section};
 use std::fmt::Write;
 
@@ -9,15 +9,20 @@ pub fn markdown(report: &Report, machine: &str) -> String {
     let mut out = String::from("# Speed against error\n\n");
     let _ = writeln!(out, "{machine}\n");
     out.push_str(
-        "Errors are against a truth in f64 or wider and the same on every machine; times are of this one. **Bold**: the \
-         default. `*`: on the Pareto front, nothing else is both faster and nearer to the truth. Times are medians, with the \
-         first and third quartile of their samples in brackets. A row outside its bound shows no time.\n",
+        "Errors are against the truth that each table names, and the same on every machine; times are of this one. **Bold**: \
+         the default, drawn as programs get it. Rows `for comparison` are no mode of the program. `*`: on the Pareto front, no \
+         other mode is both faster and nearer to the truth. Times are medians, with the first and third quartile of their \
+         samples in brackets. A row outside its bound shows no time.\n",
     );
     if let Some(unrest) = report.unrest() {
         let _ = writeln!(out, "\n{unrest}");
     }
     for section in &report.sections {
         table(&mut out, section);
+        let saved = saved(report);
+        if section.experiment.id == "stages" && !saved.is_empty() {
+            let _ = writeln!(out, "\nSaved by what is left out:\n\n- {}", saved.join("\n- "));
+        }
     }
     scaling_tables(&mut out, report);
     out
@@ -55,20 +60,23 @@ fn scaling_tables(out: &mut String, report: &Report) {
 
 fn table(out: &mut String, section: &Section) {
     let e = &section.experiment;
-    let _ = writeln!(out, "\n## {}\n\n{}\n", e.title, e.about);
+    let _ = writeln!(out, "\n## {}\n\n{}\n\n{}\n", e.title, e.about, truth(section));
     let heads: String = e.columns.iter().map(|c| format!(" {c} |")).collect();
     let _ = writeln!(out, "| subject | alternative |{heads} bound | time a {} | |", e.unit);
     let _ = writeln!(out, "|---|---|{} ---:|---:|---|", "---:|".repeat(e.columns.len()));
     for (subject, rows) in section.subjects() {
         for row in rows {
-            let name =
-                if row.is_default { format!("**{}**", row.alternative) } else { row.alternative.clone() };
+            let name = if row.is_default() { format!("**{}**", name(row)) } else { name(row) };
             let errors: String = row.errors.iter().map(|v| format!(" {} |", error(row, *v))).collect();
             let bounds = bounds(e, row).join("; ");
             let spent = spent(row);
             let front = if section.is_on_front(rows, row) { "*" } else { "" };
             let _ = writeln!(out, "| {subject} | {name} |{errors} {bounds} | {spent} | {front} |");
         }
+    }
+    let derivations = derivations(section);
+    if !derivations.is_empty() {
+        let _ = writeln!(out, "\nBounds:\n\n- {}", derivations.join("\n- "));
     }
     if section.rows.iter().any(|r| r.timing.is_some()) {
         let _ = writeln!(out, "\n{}", section.verdict());

@@ -10,7 +10,7 @@ pub use json::{errors_json, json};
 pub use markdown::{goals_markdown, hard_markdown, markdown};
 pub use plot::contact_sheet;
 
-use super::{Bound, Experiment, Row};
+use super::{Bound, Experiment, Report, Row, Section, Standing, savings};
 
 /// Formats an error for a table, with its significant digits, identical on every machine.
 pub(super) fn number(x: f64) -> String {
@@ -29,6 +29,50 @@ pub(super) fn number(x: f64) -> String {
 /// Formats an error of a row, `-` if the row was not run.
 pub(super) fn error(row: &Row, x: f64) -> String {
     if row.is_run { number(x) } else { "-".into() }
+}
+
+/// Returns the name of a row's alternative; one that is no mode of the program is marked so.
+pub(super) fn name(row: &Row) -> String {
+    match row.standing {
+        Standing::Comparison => format!("for comparison: {}", row.alternative),
+        Standing::Default | Standing::Mode => row.alternative.clone(),
+    }
+}
+
+/// Returns the truth of a section, its digits, and how well its second way agrees.
+pub(super) fn truth(section: &Section) -> String {
+    let (truth, check) = (&section.experiment.truth, section.check);
+    format!(
+        "Truth: {}. Digits: {}. Second way: {}; they differ by {}, at most {} is expected.",
+        truth.is,
+        truth.digits,
+        truth.second_way,
+        number(check.difference),
+        number(check.at_most)
+    )
+}
+
+/// Returns what the stages left out save, scene by scene, as lines of text.
+pub(super) fn saved(report: &Report) -> Vec<String> {
+    let line = |s: &super::Saving| {
+        let ratio = s
+            .time_ratio
+            .map_or(String::new(), |r| format!(", and with them the frame takes {r:.2} times as long"));
+        format!("{}: {} parts left out, {} bytes less{ratio}", s.scene, s.parts_left_out, s.bytes_saved)
+    };
+    savings(report).iter().map(line).collect()
+}
+
+/// Returns the derivations of a section's bounds, each once.
+pub(super) fn derivations(section: &Section) -> Vec<String> {
+    let mut all = Vec::new();
+    for bound in section.rows.iter().flat_map(|r| &r.bounds) {
+        let line = format!("{}: {}", section.experiment.columns[bound.column], bound.because);
+        if !all.contains(&line) {
+            all.push(line);
+        }
+    }
+    all
 }
 
 /// Returns the bounds of a row, each with the part of it that was measured, or that nothing is

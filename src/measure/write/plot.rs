@@ -1,7 +1,7 @@
 //! Plots as SVG: speed against error, both axes logarithmic.
 
 use super::{number, time};
-use crate::measure::{Report, Row, Scaling, Section};
+use crate::measure::{Report, Row, Scaling, Section, Standing};
 use std::fmt::Write;
 
 const WIDTH: f64 = 460.0;
@@ -113,18 +113,22 @@ pub(super) fn speed_against_error(section: &Section, subject: &str, rows: &[Row]
                  <circle class=\"aside\" cx=\"{true_px:.1}\" cy=\"{py:.1}\" r=\"2.5\"/>"
             );
         }
-        let class = if row.is_default { "default" } else { "dot" };
+        let (class, number_class) = match row.standing {
+            Standing::Default => ("default", "number"),
+            Standing::Mode => ("dot", "number"),
+            Standing::Comparison => ("apart", "beside"),
+        };
         let tip =
             format!("{}: {} = {}, {}", row.alternative, e.columns[e.plotted], number(*error), time(*ns));
         let _ = writeln!(
             marks,
             "<circle class=\"{class}\" cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"8\"><title>{}</title></circle>\
-             <text class=\"number\" x=\"{px:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+             <text class=\"{number_class}\" x=\"{px:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
             escape(&tip),
             py + 4.0,
             k + 1
         );
-        names.push((row.alternative.clone(), row.is_default));
+        names.push((super::name(row), row.is_default()));
     }
     out.push_str(&marks);
     out.push_str("</svg>\n");
@@ -237,6 +241,7 @@ text { font: 11px system-ui, sans-serif; fill: #1c2430; } .title { font-size: 14
 .number { fill: #fff; font-weight: 600; } .usual { fill: #0b62c4; font-weight: 600; }
 .front { fill: none; stroke: #c4570b; stroke-width: 1.5; stroke-dasharray: 4 3; }
 .aside { stroke: #1c2430; stroke-width: 1; fill: #1c2430; }
+.apart { fill: #fff; stroke: #1c2430; stroke-width: 1; } .beside { fill: #1c2430; }
 ";
 
 /// Returns several plots as one SVG in two columns: each experiment's first subject, then the

@@ -1,99 +1,143 @@
 //! Tests with evident choices; `tests/drawing/budget.rs` compares pictures with the reference.
 
 use super::*;
-use crate::scene::{Filter, Sampling, ShadeMode, Texture, shapes};
+use crate::pipeline::Renderer;
+use crate::scene::{Filter, Light, LightKind, Sampling, ShadeMode, Texture, shapes};
 use crate::truth::scenes::{lit_triangle, object};
+use glam::DVec3;
 use std::sync::Arc;
 
-fn chosen(scene: &Scene, max_error: f64) -> Choice {
-    let (width, height) = (48, 36);
+fn with_budget<T>(
+    scene: &Scene,
+    [width, height]: [u32; 2],
+    max_error: f64,
+    then: impl FnOnce(&Budget) -> T,
+) -> T {
     let options = SceneOptions::new(width, height);
-    let budget = Budget {
-        scene,
-        options: &options,
-        kind: BudgetKind::Scene,
-        depth_format: DepthFormat::F32,
-        width,
-        height,
-        max_error,
-    };
-    choose(&mut Renderer::default(), &budget).unwrap()
+    let (kind, depth_format) = (BudgetKind::Scene, DepthFormat::F32);
+    then(&Budget { scene, options: &options, kind, depth_format, width, height, max_error })
+}
+
+fn proven(scene: &Scene, max_error: f64) -> Choice {
+    with_budget(scene, [1600, 1200], max_error, |budget| {
+        prove(budget, |geometry| MeshShape::of(&geometry.mesh))
+    })
+}
+
+fn tried(scene: &Scene, max_error: f64) -> Choice {
+    with_budget(scene, [160, 120], max_error, |budget| {
+        let exact = Choice::exact(budget, "not proven here");
+        try_out(&mut Renderer::default(), budget, exact).unwrap()
+    })
+}
+
+/// A ball in place of the triangle.
+fn ball(scene: &mut Scene) {
+    scene.objects = vec![object("ball", shapes::sphere(1.0).unwrap())];
 }
 
 #[test]
 fn a_flat_triangle_under_the_sun_needs_one_colour() {
-    let scene = lit_triangle();
-    let choice = chosen(&scene, 1.0);
-    assert_eq!(choice.recipes[0].shade, Some(ShadeMode::Flat), "{choice}");
-    assert!(choice.costs[1] < choice.costs[0] && choice.confidence == 1.0, "{choice}");
-    assert_eq!(choice.sampled, choice.pixels);
+    let choice = proven(&lit_triangle(), 1.0);
+    assert_eq!(choice.settings[0].shade, Some(ShadeMode::Flat), "{choice}");
+    assert!(choice.costs[1] < choice.costs[0] && choice.proven == 1.0, "{choice}");
 }
 
 #[test]
-fn under_one_step_all_is_exact() {
-    let choice = chosen(&lit_triangle(), 0.5);
-    assert!(choice.is_exact(&SceneOptions::new(48, 36)), "{choice}");
-    assert!(choice.to_string().contains("nothing but exact"));
-}
-
-#[test]
-fn a_ball_with_a_highlight_is_not_flat() {
+fn under_one_step_and_without_objects_all_is_exact() {
+    assert!(proven(&lit_triangle(), 0.5).to_string().contains("nothing but exact"));
     let mut scene = lit_triangle();
-    let mut ball = object("ball", shapes::sphere(1.2).unwrap());
-    ball.material.ks = glam::DVec3::splat(0.7);
-    ball.material.n = 40.0;
-    scene.objects = vec![ball];
-    let choice = chosen(&scene, 2.0);
-    assert_eq!(choice.recipes[0].shade, None, "{choice}");
-    assert!(choice.trials.len() > 2);
-    // Without an effective bound the cheapest settings are chosen: no light, and no division.
-    let choice = chosen(&scene, 255.0);
-    assert_eq!(
-        (choice.recipes[0].lights.clone(), choice.interp),
-        (Some(vec![]), Interpolation::Affine),
-        "{choice}"
-    );
-    assert!(choice.trials.iter().all(|t| t.cost >= choice.costs[1]), "{choice}");
+    scene.objects.clear();
+    assert!(proven(&scene, 5.0).is_exact());
+    assert!(tried(&scene, 5.0).is_exact());
 }
 
 #[test]
-fn each_object_takes_its_own_recipe() {
+fn the_bound_decides_between_the_shading_modes() {
     let mut scene = lit_triangle();
-    let mut ball = object("ball", shapes::sphere(0.5).unwrap());
-    ball.material.ks = glam::DVec3::splat(0.7);
-    ball.material.n = 40.0;
-    ball.model = glam::DMat4::from_translation(glam::DVec3::new(1.0, 1.0, 0.5));
-    scene.objects.push(ball);
-    let choice = chosen(&scene, 1.0);
-    assert_eq!(choice.recipes[0].shade, Some(ShadeMode::Flat), "{choice}");
-    assert_eq!(choice.recipes[1].shade, None, "{choice}");
-    let (mut cheaper, mut options) = (scene.clone(), SceneOptions::new(48, 36));
-    choice.apply(&mut cheaper, &mut options);
+    ball(&mut scene);
+    let shade = |e: f64| proven(&scene, e).settings[0].shade;
+    assert_eq!((shade(2.0), shade(60.0)), (None, Some(ShadeMode::Flat)), "{}", proven(&scene, 60.0));
+    // A highlight may add all of itself.
+    scene.objects[0].material.ks = DVec3::splat(0.9);
+    assert_eq!(proven(&scene, 100.0).settings[0].shade, None);
+}
+
+#[test]
+fn what_is_not_seen_to_hold_for_any_camera_is_exact() {
+    let mut scene = lit_triangle();
+    let is_exact = |change: &dyn Fn(&mut Object)| {
+        let mut scene = scene.clone();
+        change(&mut scene.objects[0]);
+        proven(&scene, 8.0).is_exact()
+    };
+    assert!(!is_exact(&|_| {}));
+    assert!(is_exact(&|o| (o.two_sided_lighting, o.cull) = (true, crate::scene::Cull::None)));
+    assert!(is_exact(&|o| o.back_material = Some(o.material.clone())));
+    assert!(is_exact(&|o| o.material.transparency = 0.5));
+    assert!(is_exact(&|o| o.model = glam::DMat4::from_scale(DVec3::new(1.0, 2.0, 1.0))));
+    assert!(!is_exact(&|o| o.model = glam::DMat4::from_scale(DVec3::splat(1.25))));
+    assert!(is_exact(&|o| o.shade = Some(ShadeMode::Wire)));
+    // A point light: near it the direction turns over the face.
+    scene.lights = vec![Light::point(DVec3::new(0.0, 0.0, 1.0), DVec3::ONE)];
+    assert!(proven(&scene, 8.0).is_exact());
+    scene.lights = vec![Light::point(DVec3::new(0.0, 0.0, 1e4), DVec3::ONE)];
+    assert!(!proven(&scene, 8.0).is_exact());
+}
+
+#[test]
+fn lights_that_add_too_little_are_left_out() {
+    let mut scene = lit_triangle();
+    ball(&mut scene);
+    let mut dim = scene.lights[0];
+    dim.color = DVec3::splat(0.002);
+    scene.lights.extend([dim; 8]);
+    let mut far = Light::point(DVec3::splat(100.0), DVec3::splat(50.0));
+    let LightKind::Point { radius, .. } = &mut far.kind else { unreachable!() };
+    *radius = 10.0;
+    scene.lights.push(far);
+    // Kd is at most 0.8: a light of 0.002 adds up to 0.41 steps.
+    assert_eq!(proven(&scene, 2.9).settings[0].lights, Some(vec![0, 3, 4, 5, 6, 7, 8]));
+    assert_eq!(proven(&scene, 5.5).settings[0].lights, Some(vec![0]), "{}", proven(&scene, 5.5));
+}
+
+#[test]
+fn a_large_mesh_is_not_lit_ahead_of_the_pixels() {
+    let mut scene = lit_triangle();
+    scene.objects = vec![object("ball", shapes::teapot(40).unwrap())];
+    assert!(proven(&scene, 200.0).is_exact());
+    assert!(tried(&scene, 200.0).is_exact());
+}
+
+#[test]
+fn a_trial_keeps_what_stays_within_the_limit_object_by_object() {
+    let mut scene = lit_triangle();
+    let mut shiny = object("shiny", shapes::teapot(2).unwrap());
+    shiny.material.ks = DVec3::splat(0.7);
+    shiny.material.n = 40.0;
+    shiny.model = glam::DMat4::from_translation(DVec3::new(1.0, 1.0, 0.5));
+    scene.objects.push(shiny);
+    let choice = tried(&scene, 8.0);
+    assert_eq!(choice.settings[0].shade, Some(ShadeMode::Flat), "{choice}");
+    assert_eq!(choice.settings[1].shade, None, "{choice}");
+    let trial = choice.trial.as_ref().unwrap();
+    assert_eq!((trial.objects, trial.holds_for), (2, 1), "{choice}");
+    let mut cheaper = scene.clone();
+    choice.apply(&mut cheaper);
     assert_eq!((cheaper.objects[0].shade, cheaper.objects[1].shade), (Some(ShadeMode::Flat), None));
 }
 
 #[test]
-fn a_plain_texture_needs_no_filter_and_a_black_light_is_left_out() {
+fn a_magnified_texture_needs_no_levels() {
     let mut scene = lit_triangle();
-    let white = Texture::new(4, 4, vec![255; 64]).unwrap();
+    let texels: Vec<u8> = (0..64u8).map(|i| if i % 4 == 3 { 255 } else { i.wrapping_mul(37) }).collect();
     let sampling = Sampling { filter: Filter::Trilinear, ..Sampling::default() };
     let o = &mut scene.objects[0];
     let mut mesh = o.geometry.mesh.clone();
     mesh.texcoords = vec![glam::DVec2::ZERO, glam::DVec2::X, glam::DVec2::Y];
     mesh.corners.iter_mut().enumerate().for_each(|(i, c)| c.texcoord = i as u32);
     o.geometry = Arc::new(crate::scene::Geometry { mesh, textures: Vec::new() });
-    o.texture = Some((Arc::new(white), sampling));
-    let mut dark = scene.lights[0];
-    dark.color = glam::DVec3::splat(1e-6);
-    scene.lights.push(dark);
-    let choice = chosen(&scene, 1.0);
-    assert_eq!(choice.recipes[0].filter, Some(Filter::Nearest), "{choice}");
-    assert_eq!(choice.recipes[0].lights, Some(vec![0]), "{choice}");
-}
-
-#[test]
-fn nothing_in_view_is_exact() {
-    let mut scene = lit_triangle();
-    scene.objects.clear();
-    assert!(chosen(&scene, 5.0).is_exact(&SceneOptions::new(48, 36)));
+    o.texture = Some((Arc::new(Texture::new(4, 4, texels).unwrap()), sampling));
+    let choice = tried(&scene, 4.0);
+    assert_eq!(choice.settings[0].filter, Some(Filter::Bilinear), "{choice}");
 }

@@ -2,7 +2,7 @@
 //!
 //! Shading space has its origin at the eye, so that no digits are lost far from the world's origin,
 //! and the axes in which the normals are given. The equations are those of `pipeline::light`;
-//! exponents up to 1000.
+//! exponents are 0, or 0.4 to 1000.
 
 use crate::scene::LightingModel;
 use crate::simd::{F32, I32, Simd};
@@ -84,16 +84,21 @@ impl Exponent {
         }
     }
 
-    /// Returns the representation of exponent `n`; `None` outside 0..=1000, which f32 does not
-    /// carry.
+    /// Returns the representation of exponent `n`; `None` for those that f32 does not carry: outside
+    /// 0..=1000, and near 0 but not 0. A cosine of 0 may be 1e-7 in f32, and (1e-7)^n must be
+    /// below half a step of a byte.
     pub fn new(n: f64) -> Option<Exponent> {
         match n {
             n if !(0.0..=1000.0).contains(&n) => None,
+            n if n > 0.0 && n < LEAST_EXPONENT => None,
             n if n == n.trunc() => Some(Exponent::Integer(n as u32)),
             n => Some(Exponent::Real(n as f32)),
         }
     }
 }
+
+/// Least exponent above 0 of the kernels: (1e-7)^0.4 is 0.0016, less than 1/510.
+const LEAST_EXPONENT: f64 = 0.4;
 
 /// Material and lights of a draw, as the kernels read them.
 #[derive(Clone, Debug, PartialEq)]
@@ -409,6 +414,13 @@ mod tests {
                 );
             }
         }
-        assert_eq!((Exponent::new(1000.5), Exponent::new(f64::NAN), Exponent::new(-1.0)), (None, None, None));
+        for n in [1000.5, f64::NAN, -1.0, 0.399, 1e-3, f64::MIN_POSITIVE] {
+            assert_eq!(Exponent::new(n), None, "{n}");
+        }
+        for n in [0.0, 0.4, 1.0, 1000.0] {
+            let exponent = Exponent::new(n).expect("in range");
+            let least = Powers(vec![1e-7; 16], exponent).run(Portable::<16>)[0];
+            assert!(n == 0.0 || least < 1.0 / 510.0, "1e-7^{n} is {least}");
+        }
     }
 }

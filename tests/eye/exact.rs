@@ -1,10 +1,9 @@
-//! The eye against a reference in rational numbers that tries every face (`truth`): nearest points,
+//! The eye against the reference in rational numbers that tries every face: nearest points,
 //! visible facets and shadows must not be lost to rounding or to a search that skips facets.
 
-mod rational;
-mod truth;
-
 use fbptr::eye::{EyeLight, EyeLightKind, EyeScene, Facet, Falloff, Pose, SceneParts, render};
+use fbptr::truth::Rational;
+use fbptr::truth::eye::see;
 
 /// A small generator (xorshift64*), seeded by the case.
 struct Dice(u64);
@@ -47,7 +46,7 @@ fn check(name: &str, parts: SceneParts) -> usize {
     let scene = EyeScene::new(parts).unwrap();
     let picture = render(&scene);
     let mut hits = 0;
-    for (i, want) in truth::render(&scene).iter().enumerate() {
+    for (i, want) in see::<Rational>(&scene, 0..scene.pixel_count()).iter().enumerate() {
         assert_eq!(picture.facet[i], want.facet, "{name}: facet of pixel {i}");
         if want.facet >= 0 {
             hits += 1;
@@ -140,7 +139,7 @@ fn the_truth_reproduces_the_worked_cases() {
         let case: serde_json::Value = serde_json::from_slice(&text).unwrap();
         let scene = EyeScene::from_json(&text).unwrap();
         let expected = fbptr::eye::EyePicture::from_value(&case["expected"], &scene).unwrap();
-        for (i, seen) in truth::render(&scene).iter().enumerate() {
+        for (i, seen) in see::<Rational>(&scene, 0..scene.pixel_count()).iter().enumerate() {
             assert_eq!(
                 (seen.facet, &seen.lit[..]),
                 (expected.facet[i], if seen.facet < 0 { &[] } else { expected.flags(i) })

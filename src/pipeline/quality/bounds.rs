@@ -1,0 +1,312 @@
+//! Proven bounds on the colour error of cheaper settings, for any camera.
+//!
+//! In: the angles between a mesh's normals, measured once; an object with its lights. Out: bounds in
+//! units of colour (1 is 255 steps), or none where nothing is proven.
+//!
+//! With N the interpolated unit normal of a point, L the unit vector to a light of strength I:
+//!
+//! ```text
+//! flat      |max(N.L,0) - max(F.L',0)| <= |N - F| + |L - L'| <= 2 sin(a/2) + s/d
+//!           F the face's normal, a the largest angle between F and a corner's normal
+//! Gouraud   |max(N.L,0) - sum b_i max(N_i.L_i,0)| <= max(1 - cos r, g/4 + 1 - cos r) + s/d
+//!           g the largest angle between two corners' normals, r the radius of a cap that holds them
+//! specular  at most Ks I, whatever the vectors
+//! ```
+//!
+//! A directional light has L = L'; for a point light s is the largest extent of a face and d its
+//! least distance. max(x,0) changes by no more than x. In the Gouraud row, where all N_i.L have one
+//! sign the sum is |sum b_i N_i| times N.L, and |sum b_i N_i| >= cos r; where the signs differ, the
+//! convex function max(x,0) on an interval of length g is at most g/4 below its chord. Textures,
+//! vertex colours of at most 1 and fog multiply by at most 1.
+
+use crate::cancel::NEVER;
+use crate::math::matrix::unit;
+use crate::pipeline::normals::{Normals, polygon_normal};
+use crate::scene::{Attenuation, Cull, FillStyle, Light, LightKind, LightingModel, Material};
+use crate::scene::{Mesh, Object, Scene, ShadeMode};
+use glam::{DMat3, DVec3};
+
+/// Angles between the normals of a mesh, and its size, in object space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshShape {
+    /// Least cosine between a polygon's normal and the normal of one of its corners.
+    pub face_cos: f64,
+    /// Least cosine between the normals of two corners of a triangle.
+    pub spread_cos: f64,
+    /// Upper bound on the distance between two points of a polygon.
+    pub extent: f64,
+    /// Bounding box of all positions.
+    pub bounds: [DVec3; 2],
+}
+
+impl MeshShape {
+    /// Measures a mesh. Returns `None` without triangles, for indices that are out of range, and for
+    /// triangles of a polygon without area.
+    pub fn of(mesh: &Mesh) -> Option<MeshShape> {
+        let (low, high) = mesh.bounds().filter(|_| !mesh.triangles.is_empty())?;
+        let in_range = |c: &crate::scene::Corner| (c.position as usize) < mesh.positions.len();
+        let polygon_in_range = |p: &crate::scene::Polygon| {
+            (p.first_corner as usize + p.corner_count as usize) <= mesh.corners.len() && p.corner_count > 0
+        };
+        if !mesh.corners.iter().all(in_range) || !mesh.polygons.iter().all(polygon_in_range) {
+            return None;
+        }
+        let has_own = |c: &crate::scene::Corner| mesh.normals.get(c.normal as usize).is_some();
+        let normals = Normals::of(mesh, !mesh.corners.iter().all(has_own), &NEVER);
+        let mut shape = MeshShape { face_cos: 1.0, spread_cos: 1.0, extent: 0.0, bounds: [low, high] };
+        for (triangle, polygon) in mesh.triangles.iter().zip(&mesh.triangle_polygon) {
+            let face = *normals.of_polygon.get(*polygon as usize)?;
+            if face == DVec3::ZERO {
+                // Nothing is seen of a triangle without area; one with area has no normal to go by.
+                let points = triangle.map(|c| mesh.corners.get(c as usize).map(|c| c.position as usize));
+                let points = points.into_iter().flatten().map(|i| mesh.positions[i]);
+                match polygon_normal(points) {
+                    None => continue,
+                    Some(_) => return None,
+                }
+            }
+            let mut own = [face; 3];
+            for (own, corner) in own.iter_mut().zip(triangle) {
+                let corner = mesh.corners.get(*corner as usize)?;
+                let given = mesh.normals.get(corner.normal as usize).and_then(|n| unit(*n));
+                let mean = normals.of_position.get(corner.position as usize).filter(|n| **n != DVec3::ZERO);
+                *own = given.or(mean.copied()).unwrap_or(face);
+            }
+            let [a, b, c] = own;
+            shape.face_cos = shape.face_cos.min(a.dot(face)).min(b.dot(face)).min(c.dot(face));
+            shape.spread_cos = shape.spread_cos.min(a.dot(b)).min(b.dot(c)).min(c.dot(a));
+        }
+        for polygon in &mesh.polygons {
+            let corners = &mesh.corners[polygon.first_corner as usize..][..polygon.corner_count as usize];
+            let first = mesh.positions[corners[0].position as usize];
+            let farthest = corners
+                .iter()
+                .fold(0.0f64, |far, c| far.max(mesh.positions[c.position as usize].distance(first)));
+            shape.extent = shape.extent.max(2.0 * farthest);
+        }
+        (shape.extent.is_finite() && shape.face_cos.is_finite()).then_some(shape)
+    }
+}
+
+/// An object whose shading may be bounded: its shape in the world.
+pub(super) struct ShadedObject<'a> {
+    object: &'a Object,
+    shape: MeshShape,
+    /// Factor from object to world lengths.
+    scale: f64,
+    materials: Vec<&'a Material>,
+}
+
+impl<'a> ShadedObject<'a> {
+    /// Returns the object if its cheaper settings can be bounded: opaque, drawn by the tile renderer
+    /// under every shading mode, with a model that keeps angles.
+    pub fn of(object: &'a Object, shape: MeshShape) -> Option<ShadedObject<'a>> {
+        let scale = similarity(DMat3::from_mat4(object.model))?;
+        let is_plain = object.back_material.is_none()
+            && (!object.two_sided_lighting || object.cull == Cull::Back)
+            && object.style.stages.is_none()
+            && object.style.fill == FillStyle::default();
+        let mesh = &object.geometry.mesh;
+        let materials: Vec<&Material> = mesh.materials.iter().chain([&object.material]).collect();
+        let is_known = |m: &&Material| {
+            [m.ka, m.kd, m.ks].iter().all(|c| c.is_finite() && c.min_element() >= 0.0)
+                && m.transparency <= 0.0
+        };
+        let textures = object.geometry.textures.iter().flatten().chain(object.texture.iter().map(|t| &t.0));
+        let has_colors =
+            mesh.colors.iter().all(|c| c.max_element() <= 1.0 && c.min_element() >= 0.0 && c.w == 1.0);
+        let is_opaque = has_colors && !textures.into_iter().any(|t| t.has_alpha());
+        (is_plain && is_opaque && materials.iter().all(is_known)).then_some(ShadedObject {
+            object,
+            shape,
+            scale,
+            materials,
+        })
+    }
+
+    /// Returns a bound on the colour error of drawing the object in `shade` in place of `own`, under
+    /// these lights; `None` where nothing is proven.
+    pub fn of_shade(&self, own: ShadeMode, shade: ShadeMode, scene: &Scene, lights: &[u32]) -> Option<f64> {
+        if shade == own {
+            return Some(0.0);
+        }
+        if own != ShadeMode::Phong {
+            return None;
+        }
+        let mut error = 0.0;
+        for light in lights {
+            let light = scene.lights.get(*light as usize)?;
+            if light.color == DVec3::ZERO {
+                continue;
+            }
+            let turn = self.turn_of(light)?;
+            let change = self.change_of(shade, turn)?;
+            // The largest sum of both terms, over materials and channels.
+            let most = self.materials.iter().filter(|m| m.model != LightingModel::Unlit);
+            error += most
+                .fold(0.0f64, |most, m| most.max(((m.kd * change + m.ks) * light.color.abs()).max_element()));
+        }
+        (error.is_finite()).then_some(error)
+    }
+
+    /// Returns a bound on how much max(N.L,0) changes when L turns by `turn` over a face.
+    fn change_of(&self, shade: ShadeMode, turn: f64) -> Option<f64> {
+        // Cosines of equal unit normals are rounded.
+        let angle = |cos: f64| if cos >= 1.0 - 1e-12 { 0.0 } else { libm::acos(cos.clamp(-1.0, 1.0)) };
+        let has_colors = !self.object.geometry.mesh.colors.is_empty();
+        match shade {
+            ShadeMode::Flat => {
+                let angle = angle(self.shape.face_cos);
+                // Vertex colours become their mean.
+                (!has_colors && angle < 1.5).then(|| 2.0 * libm::sin(angle / 2.0) + turn)
+            }
+            ShadeMode::Gouraud => {
+                let spread = angle(self.shape.spread_cos);
+                if spread >= 1.5 {
+                    return None;
+                }
+                let sin_cap = (2.0 / 3f64.sqrt() * libm::sin(spread / 2.0)).min(1.0);
+                let shorter = 1.0 - (1.0 - sin_cap * sin_cap).sqrt();
+                // The product of colours and light is interpolated in place of its factors.
+                let product = if has_colors { (spread + turn) / 4.0 } else { 0.0 };
+                Some(spread / 4.0 + shorter + turn + product)
+            }
+            ShadeMode::Phong | ShadeMode::Wire => None,
+        }
+    }
+
+    /// Returns the largest change of the direction to a light over a face; `None` where the light's
+    /// strength changes too.
+    fn turn_of(&self, light: &Light) -> Option<f64> {
+        match light.kind {
+            LightKind::Directional { .. } => Some(0.0),
+            LightKind::Point { position, attenuation, radius }
+                if attenuation == Attenuation::NONE
+                    && radius == f64::INFINITY
+                    && light.ambient == DVec3::ZERO =>
+            {
+                let distance = self.distance(position)?;
+                (distance > 0.0).then(|| self.shape.extent * self.scale / distance)
+            }
+            _ => None,
+        }
+    }
+
+    /// Returns a lower bound on the distance of the object from a point of the world.
+    fn distance(&self, point: DVec3) -> Option<f64> {
+        let [low, high] = self.shape.bounds;
+        let inside = self.object.model.inverse().transform_point3(point);
+        let distance = (inside - inside.clamp(low, high)).length() * self.scale;
+        distance.is_finite().then_some(distance)
+    }
+
+    /// Returns a bound on the light that reaches the viewer from this light by way of the object.
+    pub fn of_light(&self, light: &Light) -> Option<f64> {
+        let (position, attenuation, radius) = match light.kind {
+            LightKind::Directional { .. } => return Some(self.reflected(light)),
+            LightKind::Point { position, attenuation, radius }
+            | LightKind::X3dSpot { position, attenuation, radius, .. } => (position, attenuation, radius),
+            LightKind::Spot { position, attenuation, .. } => (position, attenuation, f64::INFINITY),
+        };
+        let distance = self.distance(position)? * (1.0 - 1e-9);
+        if distance > radius {
+            return Some(0.0);
+        }
+        let Attenuation { c, l, q } = attenuation;
+        let sum = c + l * distance + q * distance * distance;
+        let sum = if light.clamp_attenuation { sum.max(1.0) } else { sum };
+        (l >= 0.0 && q >= 0.0 && sum > 0.0).then(|| self.reflected(light) / sum)
+    }
+
+    /// Returns the most of a light at full strength that the object reflects.
+    fn reflected(&self, light: &Light) -> f64 {
+        let of =
+            |m: &&Material| (m.ka * light.ambient.abs() + (m.kd + m.ks) * light.color.abs()).max_element();
+        self.materials.iter().map(of).fold(0.0, f64::max)
+    }
+}
+
+/// Returns the factor by which a matrix scales lengths, if it keeps all angles.
+fn similarity(m: DMat3) -> Option<f64> {
+    let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
+    let scale2 = x.length_squared();
+    let is_equal = |v: f64| (v - scale2).abs() <= 1e-9 * scale2;
+    let is_right = |v: f64| v.abs() <= 1e-9 * scale2;
+    let is_similar = is_equal(y.length_squared())
+        && is_equal(z.length_squared())
+        && [x.dot(y), y.dot(z), z.dot(x)].into_iter().all(is_right);
+    (scale2 > 0.0 && scale2.is_finite() && is_similar).then(|| scale2.sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::shapes;
+
+    #[test]
+    fn a_box_has_one_normal_a_face_and_a_sphere_has_not() {
+        let cuboid = MeshShape::of(&shapes::cuboid(DVec3::ONE).unwrap()).unwrap();
+        assert!(cuboid.face_cos > 1.0 - 1e-12 && cuboid.spread_cos > 1.0 - 1e-12, "{cuboid:?}");
+        let sphere = MeshShape::of(&shapes::sphere(1.0).unwrap()).unwrap();
+        assert!(sphere.face_cos < 0.9999 && sphere.face_cos > 0.99, "{sphere:?}");
+        assert!(sphere.spread_cos < sphere.face_cos, "{sphere:?}");
+        let mut broken = shapes::cuboid(DVec3::ONE).unwrap();
+        broken.corners[0].position = 99;
+        assert_eq!(MeshShape::of(&broken), None);
+        assert_eq!(MeshShape::of(&Mesh::default()), None);
+    }
+
+    #[test]
+    fn bounds_hold_for_normals_at_random_and_are_not_wide() {
+        let mut random = crate::truth::scenes::Random::new(21);
+        let mut widest = [0.0f64; 2];
+        for _ in 0..20_000 {
+            let face = random.point(-1.0, 1.0).normalize();
+            let reach = random.real(0.0, 0.4);
+            let corners = [0; 3].map(|_| (face + random.point(-1.0, 1.0).normalize() * reach).normalize());
+            let light = random.point(-1.0, 1.0).normalize();
+            let (mut b, c) = ([random.real(0.0, 1.0), random.real(0.0, 1.0), 0.0], corners);
+            if b[0] + b[1] > 1.0 {
+                b = [1.0 - b[0], 1.0 - b[1], 0.0];
+            }
+            b[2] = 1.0 - b[0] - b[1];
+            let normal = (c[0] * b[0] + c[1] * b[1] + c[2] * b[2]).normalize();
+            let lambert = |n: DVec3| n.dot(light).max(0.0);
+            let phong = lambert(normal);
+            let errors = [
+                (lambert(face) - phong).abs(),
+                ((0..3).map(|i| b[i] * lambert(c[i])).sum::<f64>() - phong).abs(),
+            ];
+            let shape = MeshShape {
+                face_cos: c.iter().map(|n| n.dot(face)).fold(1.0, f64::min),
+                spread_cos: c[0].dot(c[1]).min(c[1].dot(c[2])).min(c[2].dot(c[0])),
+                extent: 0.0,
+                bounds: [DVec3::ZERO; 2],
+            };
+            let object = crate::truth::scenes::object("o", Mesh::default());
+            let shaded = ShadedObject::of(&object, shape).unwrap();
+            for (i, shade) in [ShadeMode::Flat, ShadeMode::Gouraud].into_iter().enumerate() {
+                let bound = shaded.change_of(shade, 0.0).unwrap();
+                assert!(errors[i] <= bound + 1e-12, "{shade:?}: {} > {bound}", errors[i]);
+                widest[i] = widest[i].max(errors[i] / bound.max(1e-9));
+            }
+        }
+        assert!(widest[0] > 0.9 && widest[1] > 0.5, "{widest:?}");
+    }
+
+    #[test]
+    fn a_light_out_of_reach_reflects_nothing() {
+        let object = crate::truth::scenes::object("o", shapes::cuboid(DVec3::ONE).unwrap());
+        let shape = MeshShape::of(&object.geometry.mesh).unwrap();
+        let shaded = ShadedObject::of(&object, shape).unwrap();
+        let mut light = Light::point(DVec3::new(10.0, 0.0, 0.0), DVec3::ONE);
+        assert_eq!(shaded.of_light(&light), Some(object.material.kd.max_element()));
+        let LightKind::Point { attenuation, radius, .. } = &mut light.kind else { unreachable!() };
+        (*radius, attenuation.q) = (9.6, 1.0);
+        let faint = shaded.of_light(&light).unwrap();
+        assert!(faint > 0.0 && faint < 0.01, "{faint}");
+        let LightKind::Point { radius, .. } = &mut light.kind else { unreachable!() };
+        *radius = 9.4;
+        assert_eq!(shaded.of_light(&light), Some(0.0));
+    }
+}
