@@ -1,0 +1,170 @@
+#!/usr/bin/env python3
+"""Measures the page in the browser: frames a second, latency, the server's share of a processor, and the other clients.
+
+    benches/web.py target/release/fbptr [--seconds 10] [--viewers 0,1,10,100] [--page CHROMIUM]
+
+A Pixelflut client floods a server of 640x480 with one text command a pixel: two smooth pictures in turn, and the time in
+milliseconds as the colour of pixel (0, 0). Viewers are WebSocket clients that acknowledge each frame; the first one reads
+the time out of it. With --page one more viewer is the page itself in Chromium, driven by playwright-core, whose folder
+node_modules must be the working directory's.
+"""
+import argparse, os, re, select, socket, struct, subprocess, sys, threading, time, zlib
+
+W, H = 640, 480
+
+
+class Server:
+    def __init__(self, program):
+        line = [program, "serve", "--headless", "--size", f"{W}x{H}", "--listen", "127.0.0.1:0", "--web", "127.0.0.1:0"]
+        self.process = subprocess.Popen(line, stderr=subprocess.PIPE, text=True)
+        said = ""
+        while "listening on tcp" not in said or "browser:" not in said:
+            said += self.process.stderr.readline()
+        self.port = int(re.search(r"tcp \S+:(\d+)", said)[1])
+        self.link = re.search(r"browser: (\S+)", said)[1]
+        self.web = int(re.search(r":(\d+)/", self.link)[1])
+
+    def ticks(self):
+        """Returns processor seconds of all threads, and of the page's."""
+        total = page = 0
+        for task in os.listdir(f"/proc/{self.process.pid}/task"):
+            name, rest = open(f"/proc/{self.process.pid}/task/{task}/stat").read().split("(", 1)[1].rsplit(")", 1)
+            used = sum(map(int, rest.split()[11:13])) / os.sysconf("SC_CLK_TCK")
+            total, page = total + used, page + used * (name == "web")
+        return total, page
+
+    def end(self):
+        self.process.terminate()
+        self.process.wait()
+
+
+class Viewer:
+    def __init__(self, port):
+        self.socket = socket.create_connection(("127.0.0.1", port))
+        head = (f"GET /socket HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nOrigin: http://127.0.0.1:{port}\r\n"
+                "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+                "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n")
+        self.socket.sendall(head.encode())
+        answer = b""
+        while b"\r\n\r\n" not in answer:
+            answer += self.socket.recv(1)
+        assert b" 101 " in answer, answer
+        self.bytes, self.frames, self.received, self.latencies = bytearray(), 0, 0, []
+        self.say("join")
+
+    def say(self, text):
+        data = text.encode()
+        self.socket.sendall(bytes([0x81, 0x80 | len(data)]) + bytes(4) + data)
+
+    def read(self, measures):
+        part = self.socket.recv(1 << 20)
+        assert part, "the server closed a viewer"
+        self.received += len(part)
+        self.bytes += part
+        while len(self.bytes) >= 2:
+            length, at = self.bytes[1], 2
+            if length == 126:
+                length, at = struct.unpack_from(">H", self.bytes.ljust(10), 2)[0], 4
+            elif length == 127:
+                length, at = struct.unpack_from(">Q", self.bytes.ljust(10), 2)[0], 10
+            if len(self.bytes) < at + length:
+                return
+            if self.bytes[0] == 0x82:
+                self.take(self.bytes[at:at + length], measures)
+            del self.bytes[:at + length]
+
+    def take(self, message, measures):
+        kind, last, count, sequence = struct.unpack_from("<BBHQ", message)
+        if measures and count and struct.unpack_from("<I", message, 20)[0] == 0:
+            pixel = zlib.decompressobj(-15).decompress(bytes(message[20 + 4 * count:]), 4)
+            self.stamp = int.from_bytes(pixel[:3], "big")
+        if last:
+            self.frames += 1
+            if getattr(self, "stamp", None):
+                self.latencies.append((int(time.time() * 1000) - self.stamp) & 0xffffff)
+                self.stamp = None
+            self.say(f"ack {sequence}")
+
+
+def picture(phase):
+    """Returns the commands of a smooth picture in lines of 16 rows."""
+    def color(x, y):
+        return (x + phase) & 255, (y * 2 + phase * 3) & 255, (x * y // 64 + phase) & 255
+    rows = ["".join("PX %d %d %02x%02x%02x\n" % (x, y, *color(x, y)) for x in range(W) if x + y) for y in range(H)]
+    return ["".join(rows[y:y + 16]).encode() for y in range(0, H, 16)]
+
+
+PICTURES = [picture(0), picture(97)]
+
+
+def flood(port, until, sent):
+    client = socket.create_connection(("127.0.0.1", port))
+    turn = 0
+    while time.time() < until:
+        for part in PICTURES[turn % 2]:
+            client.sendall(b"PX 0 0 %06x\n" % (int(time.time() * 1000) & 0xffffff) + part)
+            sent[0] += part.count(b"\n") + 1
+        turn += 1
+    client.sendall(b"SIZE\n")
+    client.recv(64)
+    client.close()
+
+
+def watch(viewers, until):
+    sockets = {viewer.socket: viewer for viewer in viewers}
+    while time.time() < until:
+        for ready in select.select(list(sockets), [], [], 0.2)[0]:
+            sockets[ready].read(sockets[ready] is viewers[0])
+
+
+def quantile(values, q):
+    return sorted(values)[min(len(values) - 1, int(q * len(values)))] if values else float("nan")
+
+
+def measure(program, count, seconds, chromium):
+    server = Server(program)
+    try:
+        viewers = [Viewer(server.web) for _ in range(count)]
+        page = None
+        if chromium:
+            script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "web_page.mjs")
+            page = subprocess.Popen(["node", script, chromium, server.link, str(seconds)], stdout=subprocess.PIPE,
+                                    text=True, env={**os.environ, "NODE_PATH": os.getcwd()})
+            page.stdout.readline()
+        before, begun, sent = server.ticks(), time.time(), [0]
+        until = begun + seconds
+        threads = [threading.Thread(target=flood, args=(server.port, until, sent))]
+        for thread in threads:
+            thread.start()
+        if viewers:
+            watch(viewers, until)
+        for thread in threads:
+            thread.join()
+        took = time.time() - begun
+        total, web = (b - a for a, b in zip(before, server.ticks()))
+        line = f"{count:3} viewers: {sent[0] / took / 1e6:5.2f} M pixels/s, server {100 * total / took:3.0f} %, of it the page {100 * web / took:3.0f} %"
+        if viewers:
+            frames = [viewer.frames / took for viewer in viewers]
+            ms = viewers[0].latencies
+            line += (f"; frames/s {min(frames):.1f} to {max(frames):.1f}, {viewers[0].received / took / 1e6:.1f} MB/s each; "
+                     f"latency p50 {quantile(ms, .5)} ms, p99 {quantile(ms, .99)} ms")
+        print(line, flush=True)
+        if page:
+            print("    in Chromium:", page.communicate()[0].strip(), flush=True)
+    finally:
+        server.end()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("program")
+    parser.add_argument("--seconds", type=float, default=10)
+    parser.add_argument("--viewers", default="0,1,10,100")
+    parser.add_argument("--page", metavar="CHROMIUM")
+    args = parser.parse_args()
+    for count in map(int, args.viewers.split(",")):
+        measure(args.program, count, args.seconds, args.page)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,508 @@
+//! The page in the browser, as a browser sees it: frames, rights, events, and clients that behave
+//! badly.
+
+use crate::support::{Numbers, Wire};
+use fbptr::memory::VideoMemory;
+use fbptr::server::{
+    Engine, Limits, ListenAddress, MetricsBoard, Server, VerbCounts, WebFeed, WebObserver, WebOptions,
+    WebServer, WebTokens,
+};
+use flate2::read::DeflateDecoder;
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::time::{Duration, Instant};
+use tungstenite::client::IntoClientRequest;
+use tungstenite::{Message, WebSocket};
+
+/// Longest wait for something that must come.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A server with a page on a free loopback port.
+struct Site {
+    page: WebServer,
+    server: Server,
+    clients: SocketAddr,
+    tokens: WebTokens,
+}
+
+impl Site {
+    fn start(width: u32, height: u32) -> Site {
+        Site::with(Engine::new(width, height).unwrap(), WebTokens::new(false, true).unwrap())
+    }
+
+    fn with(mut engine: Engine, tokens: WebTokens) -> Site {
+        let feed = WebFeed::new(engine.memory().width(), engine.memory().height());
+        let board = MetricsBoard::new();
+        engine.attach(VerbCounts::new(board.clone()));
+        engine.attach(WebObserver::new(feed.clone()));
+        let mut server = Server::start(engine).unwrap();
+        let place = ListenAddress::Tcp("127.0.0.1:0".parse().unwrap());
+        let ListenAddress::Tcp(clients) = server.listen(place).unwrap() else { panic!("not tcp") };
+        let address = "127.0.0.1:0".parse().unwrap();
+        let options = WebOptions { address, name: None, tokens: tokens.clone(), board: Some(board) };
+        let page = server.serve_web(feed, options).unwrap();
+        Site { page, server, clients, tokens }
+    }
+
+    fn connect(&self) -> Wire {
+        Wire::connect(self.clients)
+    }
+
+    fn watch(&self) -> Page {
+        Page::open(self.page.address(), "")
+    }
+
+    fn drive(&self) -> Page {
+        Page::open(self.page.address(), self.tokens.drive().unwrap())
+    }
+
+    fn memory(&self) -> VideoMemory {
+        self.server.client().snapshot().unwrap()
+    }
+
+    /// Sends a request as it is and returns the answer's status.
+    fn status(&self, request: &str) -> String {
+        let mut stream = TcpStream::connect(self.page.address()).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        stream.write_all(request.as_bytes()).unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        answer.split(' ').nth(1).unwrap_or("").to_owned()
+    }
+}
+
+/// The page's side of a WebSocket, with its copy of the frame.
+struct Page {
+    socket: WebSocket<TcpStream>,
+    width: usize,
+    tile: usize,
+    bytes: Vec<u8>,
+    sequence: u64,
+    frame: u64,
+    frames_shown: u64,
+    acknowledges: bool,
+    pending: (u64, Vec<(usize, Vec<u8>)>),
+    texts: Vec<String>,
+    replies: String,
+}
+
+impl Page {
+    fn open(address: SocketAddr, token: &str) -> Page {
+        let mut page = Page::connect(address);
+        page.say(&format!("join {token}"));
+        let hello = page.text_that("hello ");
+        let facts: serde_json::Value = serde_json::from_str(&hello).unwrap();
+        let number = |name: &str| facts[name].as_u64().unwrap() as usize;
+        (page.width, page.tile) = (number("width"), number("tile"));
+        page.bytes = vec![0; number("width") * number("height") * 4];
+        page
+    }
+
+    fn connect(address: SocketAddr) -> Page {
+        let stream = TcpStream::connect(address).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        let mut request = format!("ws://{address}/socket").into_client_request().unwrap();
+        request.headers_mut().insert("Origin", format!("http://{address}").parse().unwrap());
+        let (socket, _) = tungstenite::client(request, stream).unwrap();
+        Page {
+            socket,
+            width: 0,
+            tile: 1,
+            bytes: Vec::new(),
+            sequence: 0,
+            frame: 0,
+            frames_shown: 0,
+            acknowledges: true,
+            pending: (0, Vec::new()),
+            texts: Vec::new(),
+            replies: String::new(),
+        }
+    }
+
+    fn say(&mut self, text: &str) {
+        self.socket.send(Message::text(text)).unwrap();
+    }
+
+    /// Handles the next message.
+    fn next(&mut self) -> tungstenite::Result<()> {
+        match self.socket.read()? {
+            Message::Text(text) => self.texts.push(text.to_string()),
+            Message::Binary(bytes) if bytes[0] == 1 => self.take_tiles(&bytes),
+            Message::Binary(bytes) => self.replies.push_str(std::str::from_utf8(&bytes[1..]).unwrap()),
+            Message::Close(frame) => {
+                self.texts.push(format!("closed {}", frame.map_or(String::new(), |f| f.reason.to_string())));
+                return Err(tungstenite::Error::ConnectionClosed);
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn take_tiles(&mut self, message: &[u8]) {
+        let word = |at: usize| u64::from_le_bytes(message[at..at + 8].try_into().unwrap());
+        let count = usize::from(u16::from_le_bytes([message[2], message[3]]));
+        let (sequence, frame) = (word(4), word(12));
+        if self.pending.0 != sequence {
+            self.pending = (sequence, Vec::new());
+        }
+        let mut bytes = DeflateDecoder::new(&message[20 + 4 * count..]);
+        for i in 0..count {
+            let at = 20 + 4 * i;
+            let index = u32::from_le_bytes(message[at..at + 4].try_into().unwrap()) as usize;
+            let mut tile = vec![0; self.rows_of(index).map(|row| row.len()).sum()];
+            bytes.read_exact(&mut tile).unwrap();
+            self.pending.1.push((index, tile));
+        }
+        assert_eq!(bytes.read(&mut [0]).unwrap(), 0, "there is no more than the tiles");
+        if message[1] == 1 {
+            for (index, tile) in std::mem::take(&mut self.pending.1) {
+                let mut at = 0;
+                for row in self.rows_of(index).collect::<Vec<_>>() {
+                    let length = row.len();
+                    self.bytes[row].copy_from_slice(&tile[at..at + length]);
+                    at += length;
+                }
+            }
+            assert!(sequence > self.sequence, "frames come in order");
+            (self.sequence, self.frame) = (sequence, frame);
+            self.frames_shown += 1;
+            if self.acknowledges {
+                // If the server has closed the connection, the next read says so.
+                let _ = self.socket.send(Message::text(format!("ack {sequence}")));
+            }
+        }
+    }
+
+    fn rows_of(&self, index: usize) -> impl Iterator<Item = std::ops::Range<usize>> + use<> {
+        let (width, tile) = (self.width, self.tile);
+        let height = self.bytes.len() / 4 / width;
+        let columns = width.div_ceil(tile);
+        let (x0, y0) = (index % columns * tile, index / columns * tile);
+        let x1 = (x0 + tile).min(width);
+        (y0..(y0 + tile).min(height)).map(move |y| (y * width + x0) * 4..(y * width + x1) * 4)
+    }
+
+    fn until(&mut self, what: &str, mut holds: impl FnMut(&Page) -> bool) {
+        let until = Instant::now() + PATIENCE;
+        while !holds(self) {
+            assert!(Instant::now() < until, "{what} did not come: {:?}", self.replies);
+            self.next().unwrap_or_else(|e| panic!("{what} did not come: {e}"));
+        }
+    }
+
+    fn until_shows(&mut self, memory: &VideoMemory) {
+        self.until("the frame", |page| page.bytes == memory.bytes());
+    }
+
+    /// Waits for a text that begins so, and returns its rest.
+    fn text_that(&mut self, head: &str) -> String {
+        let at = |page: &Page| page.texts.iter().position(|text| text.starts_with(head));
+        self.until(head, |page| at(page).is_some());
+        let text = self.texts.remove(at(self).unwrap());
+        text[head.len()..].to_owned()
+    }
+
+    fn until_replied(&mut self, text: &str) {
+        self.until(text, |page| page.replies.contains(text));
+        self.replies.clear();
+    }
+
+    /// Reads until the server ends the connection, and returns what was said.
+    fn until_closed(mut self) -> Vec<String> {
+        while self.next().is_ok() {}
+        self.texts
+    }
+}
+
+#[test]
+fn each_frame_is_the_memory_at_its_present_byte_for_byte() {
+    let site = Site::start(150, 131);
+    let (mut client, mut page, mut numbers) = (site.connect(), site.watch(), Numbers(7));
+    client.send(b"AUTO off\n");
+    for frame in 1..=40u64 {
+        for _ in 0..numbers.below(60) {
+            let [x, y] = [numbers.below(170), numbers.below(150)];
+            client.send(format!("PX {x} {y} {:08x}\n", numbers.below(u32::MAX)).as_bytes());
+        }
+        if numbers.below(u32::MAX).is_multiple_of(4) {
+            let [x, y] = [numbers.below(150), numbers.below(131)];
+            client.send(format!("LINE {x} {y} {} 5 {:08x}\n", y / 2, numbers.below(u32::MAX)).as_bytes());
+        }
+        assert_eq!(client.ask("PRESENT wait\n"), format!("FRAME {frame}\n"), "no browser is waited for");
+        page.until("the frame's number", |page| page.frame == frame);
+        assert_eq!(page.bytes, site.memory().bytes(), "frame {frame}");
+        // What is drawn after it is not shown before the next PRESENT.
+        client.send(b"PX 1 1 12345678\n");
+    }
+    assert!(page.bytes.chunks(4).any(|pixel| pixel[3] != 255), "alpha is in the frame, too");
+}
+
+#[test]
+fn a_display_that_follows_shows_what_is_drawn_without_present() {
+    let site = Site::start(300, 200);
+    let (mut client, mut page) = (site.connect(), site.watch());
+    for i in 0..20 {
+        client.send(format!("PX {} {} {:06x}\n", i * 13, i * 7, 0xff00 + i).as_bytes());
+        client.ask("SYNC x\n");
+        page.until_shows(&site.memory());
+    }
+    let mut late = site.watch();
+    late.until_shows(&site.memory());
+    assert_eq!(late.frames_shown, 1, "one that comes later gets the newest frame whole");
+}
+
+#[test]
+fn a_slow_viewer_skips_to_the_newest_frame_and_holds_nobody() {
+    let site = Site::start(256, 256);
+    let (mut client, mut slow, mut fast) = (site.connect(), site.watch(), site.watch());
+    slow.acknowledges = false;
+    slow.until("a first frame", |page| page.frames_shown == 1);
+    client.send(b"AUTO off\n");
+    let mut numbers = Numbers(3);
+    for frame in 1..=30u64 {
+        for _ in 0..200 {
+            let [x, y] = [numbers.below(256), numbers.below(256)];
+            client.send(format!("PX {x} {y} {:06x}\n", numbers.below(u32::MAX) >> 8).as_bytes());
+        }
+        client.ask("PRESENT wait\n");
+        fast.until("the frame's number", |page| page.frame == frame);
+    }
+    assert_eq!(fast.bytes, site.memory().bytes());
+    assert!(fast.frames_shown >= 30);
+    // It was sent as many frames as may be unacknowledged, and no more.
+    slow.until("a second frame", |page| page.frames_shown == 2);
+    slow.acknowledges = true;
+    let sequence = slow.sequence;
+    slow.say(&format!("ack {sequence}"));
+    slow.until_shows(&site.memory());
+    assert_eq!((slow.frames_shown, slow.frame), (3, 30), "it skipped what lay between");
+}
+
+#[test]
+fn a_viewer_that_reads_nothing_delays_neither_the_server_nor_other_viewers() {
+    let site = Site::start(512, 512);
+    let (mut client, mut fast) = (site.connect(), site.watch());
+    let deaf: Vec<Page> = (0..20).map(|_| site.watch()).collect();
+    let mut numbers = Numbers(5);
+    client.send(b"AUTO off\n");
+    for frame in 1..=12u64 {
+        let block: Vec<u8> = (0..512 * 512).flat_map(|_| numbers.below(u32::MAX).to_le_bytes()).collect();
+        client.send(b"BLIT 0 0 512 512 :1048576\n");
+        client.send(&block);
+        client.ask("PRESENT wait\n");
+        fast.until("the frame's number", |page| page.frame == frame);
+        assert!(fast.bytes == site.memory().bytes(), "frame {frame}");
+    }
+    drop(deaf);
+}
+
+#[test]
+fn watching_and_driving_are_two_rights() {
+    let site = Site::start(64, 48);
+    let mut watcher = site.watch();
+    watcher.say("line PX 1 1 ff0000");
+    watcher.text_that("denied");
+    watcher.say("key down a");
+    watcher.text_that("denied");
+    let mut driver = site.drive();
+    driver.say("line PX 1 1 00ff00");
+    driver.say("line PX 1 1");
+    driver.until_replied("PX 1 1 00ff00\n");
+    driver.until_shows(&site.memory());
+    watcher.until_shows(&site.memory());
+
+    let closed = Site::with(Engine::new(64, 48).unwrap(), WebTokens::new(true, true).unwrap());
+    let address = closed.page.address();
+    let mut guess = closed.tokens.watch().unwrap().to_owned();
+    guess.replace_range(31.., if guess.ends_with('0') { "1" } else { "0" });
+    for word in ["", "0", &guess] {
+        let mut page = Page::connect(address);
+        page.say(&format!("join {word}"));
+        let said = page.until_closed();
+        assert_eq!(said, ["closed the link has no token, or an old one"], "{word}");
+    }
+    let mut page = Page::connect(address);
+    page.say("line PX 1 1 ff0000");
+    page.until_closed();
+    let mut watcher = Page::open(address, closed.tokens.watch().unwrap());
+    watcher.say("line PX 1 1 ff0000");
+    watcher.text_that("denied");
+    let mut driver = Page::open(address, closed.tokens.drive().unwrap());
+    driver.say("line SIZE");
+    driver.until_replied("SIZE 64 48\n");
+    assert!(closed.memory().bytes().chunks(4).all(|pixel| pixel == [0, 0, 0, 255]), "nothing was drawn");
+}
+
+#[test]
+fn typed_commands_run_in_an_ordinary_connection() {
+    let engine =
+        Engine::with_limits(64, 48, Limits { connections: 2, ..Limits::default() }.for_frame(64, 48));
+    let site = Site::with(engine.unwrap(), WebTokens::new(false, true).unwrap());
+    let mut one = site.drive();
+    one.say("line NOPE 1");
+    one.until_replied("EVERB");
+    one.say("line HELP");
+    one.until_replied("PX");
+    one.say("line OFFSET 5 5\nPX 0 0 0000ff\nPX 0 0");
+    one.until_replied("0000ff\n");
+    assert_eq!(site.memory().get_pixel(5, 5).unwrap(), [0, 0, 255, 255]);
+    let mut two = site.drive();
+    two.say("line PX 5 5");
+    two.until_replied("PX 5 5 0000ff\n");
+    let mut three = site.drive();
+    three.say("line SIZE");
+    assert!(three.text_that("refused ").contains("2 connections"), "quotas hold for them, too");
+    one.say("line QUIT");
+    one.text_that("ended");
+    // Its place is free as soon as its threads have ended.
+    let until = Instant::now() + PATIENCE;
+    while three.replies.is_empty() && Instant::now() < until {
+        three.say("line SIZE");
+        three.until("an answer", |page| {
+            !page.replies.is_empty() || page.texts.iter().any(|t| t.starts_with("refused"))
+        });
+        three.texts.clear();
+    }
+    assert_eq!(three.replies, "SIZE 64 48\n");
+}
+
+#[test]
+fn keys_and_mouse_reach_the_clients_that_listen() {
+    let site = Site::start(64, 48);
+    let mut driver = site.drive();
+    assert_eq!(driver.text_that("listeners "), "0");
+    let mut client = site.connect();
+    client.ask("EVENTS on\nSYNC x\n");
+    assert_eq!(driver.text_that("listeners "), "1");
+    for (said, event) in [
+        ("key down left", "EVENT key down left\n"),
+        ("text 41", "EVENT text u+0041 A\n"),
+        ("key up left", "EVENT key up left\n"),
+        ("mouse 3 -4 1", "EVENT mouse 3 -4 1\n"),
+        ("wheel 0 1", "EVENT wheel 0 1\n"),
+    ] {
+        driver.say(said);
+        assert_eq!(client.line(), event);
+    }
+}
+
+#[test]
+fn the_depth_under_the_pointer_is_that_of_the_server() {
+    let site = Site::start(64, 48);
+    let (mut client, mut page) = (site.connect(), site.watch());
+    page.say("probe 32 24");
+    assert_eq!(page.text_that("depth 32 24 "), "-");
+    client.send(b"MESH m SPHERE\nDRAW m\n");
+    let z = client.ask("DEPTHAT 32 24\n");
+    let z = z.trim_end().rsplit(' ').next().unwrap();
+    page.say("probe 32 24");
+    let told: f64 = page.text_that("depth 32 24 ").parse().unwrap();
+    // DEPTHAT has nine digits.
+    assert!((told - z.parse::<f64>().unwrap()).abs() < 1e-8 && told < 1.0, "{told} {z}");
+    for far in ["probe 64 0", "probe 4294967295 4294967295", "probe 0 48"] {
+        page.say(far);
+    }
+    page.text_that("depth 0 48 -");
+    let stats: serde_json::Value = serde_json::from_str(&page.text_that("stats ")).unwrap();
+    assert!(stats["fbptr_connections"].is_u64());
+}
+
+#[test]
+fn other_hosts_and_origins_get_nothing() {
+    let site = Site::start(16, 16);
+    let address = site.page.address();
+    let get = |host: &str| site.status(&format!("GET / HTTP/1.1\r\nHost: {host}\r\n\r\n"));
+    assert_eq!(get(&address.to_string()), "200");
+    assert_eq!(get("localhost"), "200");
+    assert_eq!(get("evil.example"), "403");
+    for origin in ["http://evil.example", "null"] {
+        let mut request = format!("ws://{address}/socket").into_client_request().unwrap();
+        request.headers_mut().insert("Origin", origin.parse().unwrap());
+        let refused = tungstenite::client(request, TcpStream::connect(address).unwrap());
+        assert!(refused.is_err(), "{origin}");
+    }
+    let long = format!("GET / HTTP/1.1\r\nHost: localhost\r\nX: {}\r\n\r\n", "x".repeat(20_000));
+    assert_eq!(site.status(&long), "431");
+    for bad in ["\r\n\r\n", "GET\r\n\r\n", "GET / HTTP/1.1\r\n\r\n", "\u{e9}\r\n\r\n"] {
+        assert_eq!(site.status(bad), "400", "{bad:?}");
+    }
+}
+
+#[test]
+fn hostile_clients_change_nothing_for_others() {
+    let site = Site::start(64, 48);
+    let (mut client, mut viewer) = (site.connect(), site.watch());
+    let address = site.page.address();
+    // Heads that never end: more of them than there may be connections.
+    let idle: Vec<TcpStream> = (0..1000).filter_map(|_| TcpStream::connect(address).ok()).collect();
+    for mut stream in &idle {
+        // Some were closed already.
+        let _ = stream.write_all(b"GET / HT");
+    }
+    assert_eq!(site.status("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"), "200", "they give way");
+    // What no page sends ends the connection that sends it.
+    let long_ping = [&b"\x89\xfe\x01\0\0\0\0\0"[..], &[0; 256]].concat();
+    let frames: [&[u8]; 7] = [
+        // Not masked; reserved bits; a reserved opcode.
+        b"\x81\x05hello",
+        b"\xf1\x80\0\0\0\0",
+        b"\x83\x80\0\0\0\0",
+        // Longer than there are bytes; longer than is allowed; a ping that is; not UTF-8.
+        b"\x81\xff\xff\xff\xff\xff\xff\xff\xff\xff",
+        b"\x81\xff\0\0\0\0\0\x10\0\0\0\0\0\0",
+        &long_ping,
+        b"\x81\x82\0\0\0\0\xff\xff",
+    ];
+    for frame in frames {
+        let mut page = site.watch();
+        page.socket.get_mut().write_all(frame).unwrap();
+        page.until_closed();
+    }
+    for said in ["steer", "join", "ack x", "key down a\nb", "mouse 0 0 9"] {
+        let mut page = site.watch();
+        page.say(said);
+        page.until_closed();
+    }
+    let mut page = site.watch();
+    // It may be closed before all of it is sent.
+    let _ = page.socket.send(Message::text("x".repeat(70_000)));
+    page.until_closed();
+    let mut page = site.watch();
+    page.socket.send(Message::binary(vec![1, 2, 3])).unwrap();
+    page.until_closed();
+    // A viewer that shouts is closed.
+    let mut loud = site.watch();
+    while loud.socket.send(Message::text("ack 0")).is_ok() {}
+    // Sockets without a first message, as many as there may be viewers.
+    let mute: Vec<Page> = (0..150).map(|_| Page::connect(address)).collect();
+    client.send(b"PX 3 3 abcdef\n");
+    assert_eq!(client.ask("PX 3 3\n"), "PX 3 3 abcdef\n");
+    viewer.until_shows(&site.memory());
+    site.watch().until_shows(&site.memory());
+    drop((idle, mute));
+}
+
+#[test]
+fn a_page_comes_back_after_the_server_was_restarted() {
+    let site = Site::start(64, 48);
+    let address = site.page.address();
+    let mut page = site.watch();
+    page.until_shows(&site.memory());
+    drop(site.page);
+    page.until_closed();
+    let again = Site::start(32, 32);
+    assert_ne!(again.page.address(), address);
+    again.watch().until_shows(&again.memory());
+}
+
+#[test]
+fn a_server_ends_while_viewers_drive() {
+    let site = Site::start(64, 48);
+    let mut page = site.drive();
+    page.say("line SIZE");
+    page.until_replied("SIZE 64 48\n");
+    let Site { page: served, server, .. } = site;
+    drop(served);
+    server.finish();
+    page.until_closed();
+}
