@@ -27,7 +27,7 @@ fn main() {
     let mut rustc = Command::new(env::var_os("RUSTC").expect("cargo sets it"));
     rustc.args(["--edition", "2024", "--crate-type", "cdylib", "--crate-name", "fbptr_preload"]);
     rustc.args(["--target", &set("TARGET"), "preload/lib.rs", "-o"]).arg(&out);
-    // The whole of `core` is optimized with it, which leaves 110 kB and no symbol of Rust's runtime.
+    // All of `core` is optimized with it, which leaves 110 kB and no symbol of Rust's runtime.
     for option in ["panic=abort", "opt-level=2", "lto=fat", "codegen-units=1", "debuginfo=0", "strip=symbols"]
     {
         rustc.args(["-C", option]);

@@ -1,5 +1,5 @@
-//! Whether the dynamic loader of the GNU C library, for this machine, starts an executable file: no
-//! other one preloads a library.
+//! Detection of executable files that the GNU C library's dynamic loader starts on this machine:
+//! no other one preloads a library.
 //!
 //! Source: `elf(5)`. Pure functions; the program and the preload library include this file.
 

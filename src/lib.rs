@@ -190,8 +190,12 @@ pub mod save;
 // 3: a frame with everything that draws on it
 #[doc(hidden)]
 pub mod framebuffer;
-// 4: the render thread
-#[cfg(feature = "server")]
+// 3: the frames of a scene file
+#[cfg(feature = "formats")]
+#[doc(hidden)]
+pub mod animation;
+// 4: the engine, and the render thread around it
+#[cfg(feature = "engine")]
 #[doc(hidden)]
 pub mod server;
 // 5: the viewer and the measurements

@@ -105,9 +105,9 @@ pub fn show(
             }
         }
         let drawn = drawing.join().expect("a demo does not panic");
-        let engine = thread.finish(Finish::Now);
+        let memory = thread.finish(Finish::Now);
         drawn?;
-        snap.map_or(Ok(()), |path| save::to_path(engine.memory(), &path))?;
+        snap.map_or(Ok(()), |path| save::to_path(&memory, &path))?;
         Ok(())
     })
 }

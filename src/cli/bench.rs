@@ -22,7 +22,7 @@ pub(super) struct Bench {
     /// The frame's size; S5 has sizes of its own, scaled down with a smaller one
     #[arg(long, value_name = "WxH", default_value = "1920x1080")]
     size: FrameSize,
-    /// How depths are stored: u16, u24, u32, f32 or reversed
+    /// Format of stored depths: u16, u24, u32, f32 or reversed
     #[arg(long, value_name = "FORMAT", value_parser = depth_format, default_value = "f32")]
     depth: Depth,
     /// Draw W1 to W5 and S1 to S7 in fog

@@ -19,7 +19,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     (
         "play",
         "  fbptr play demos/tour.fbs
-  fbptr play demos/tour.fbs --headless --size 480x360 --snap tour.png
+  fbptr play demos/tour.fbs --headless --snap tour.png
   fbptr play demos/tour.fbs --headless --movie tour.apng --movie-fps 10
   printf 'CLEAR navy\\nLINE 0 0 99 49 gold\\n' | fbptr play - --size 100x50",
     ),
@@ -51,7 +51,21 @@ const EXAMPLES: &[(&str, &str)] = &[
   fbptr render model.obj -o model.png --shade gouraud --depth-out model.pfm
   fbptr render scene.x3d -o turn.gif --frames 50 --fps 25
   fbptr render scene.x3d -o - --frames 250 | ffmpeg -i - turn.mp4
+  fbptr render scene.x3d -o frames/turn.png --frames 1000 --shard 0/4
+  fbptr render t.json -o turn.gif --frames 100 --turn 0,3,360 --turn 1,2,180
   fbptr render scene.x3d --size 12x10 --trace 5,4",
+    ),
+    (
+        "playground",
+        "  fbptr playground
+  fbptr playground --port 8000 --open",
+    ),
+    (
+        "batch",
+        "  fbptr batch check frames
+  fbptr batch check frames --merge
+  fbptr batch movie frames -o turn.gif
+  fbptr batch movie frames -o - | ffmpeg -i - turn.mp4",
     ),
     (
         "view",
@@ -68,7 +82,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ),
     (
         "send",
-        "  fbptr send :1234 demos/tour.fbs
+        "  fbptr send :1234 demos/ball.fbs
   printf 'FILLCIRCLE 99 99 50 tomato\\n' | fbptr send :1234",
     ),
     (

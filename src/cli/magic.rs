@@ -1,4 +1,4 @@
-//! Detection of a file's format by its first bytes, whatever its name.
+//! Detection of a file's format by its first bytes, not by its name.
 //!
 //! In: the first bytes of a file and its length. Out: the format of a scene, or the name of an
 //! unsupported format; `None` for everything else, which is classified by name. Otherwise a binary

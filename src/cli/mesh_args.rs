@@ -1,13 +1,13 @@
 //! Arguments for the meshes of scene files: normals and culling.
 
 use crate::load::Smoothing;
-use crate::scene::{Cull, Scene};
+use crate::scene::Cull;
 use clap::Args;
 
 /// Default angle in degrees up to which the edges of a mesh without normals are smooth.
 const DEFAULT_ANGLE_DEG: f64 = 60.0;
 
-/// How meshes are read and seen.
+/// Options of reading and showing meshes.
 #[derive(Clone, Debug, Args)]
 pub(super) struct MeshArgs {
     /// Normals of .obj, .stl and .ply faces that have none: smooth across edges up to an angle (60deg), which smoothing groups of the
@@ -24,13 +24,6 @@ impl MeshArgs {
     /// Returns the method of computing missing normals.
     pub(super) fn smoothing(&self) -> Smoothing {
         self.smooth.unwrap_or(Smoothing::Angle(DEFAULT_ANGLE_DEG.to_radians()))
-    }
-
-    /// Sets the requested culling on all objects of a scene.
-    pub(super) fn apply_cull(&self, scene: &mut Scene) {
-        if let Some(cull) = self.cull {
-            scene.objects.iter_mut().for_each(|object| object.cull = cull);
-        }
     }
 }
 

@@ -7,6 +7,7 @@
 //! panic; a full disk is a failure.
 
 mod args;
+mod batch;
 mod bench;
 mod bytes;
 mod draw;
@@ -18,10 +19,12 @@ mod mesh_args;
 mod movie;
 mod output;
 mod play;
+mod playground;
 mod progress;
 mod record_gate;
 mod render;
 mod render_args;
+mod render_output;
 mod report;
 mod run;
 mod scene_file;
@@ -33,6 +36,10 @@ mod tour;
 mod trace;
 mod usage;
 mod view;
+#[cfg_attr(not(feature = "web"), path = "no_view_web.rs")]
+mod view_web;
+#[cfg_attr(not(feature = "web"), path = "no_web.rs")]
+mod web;
 
 use clap::{FromArgMatches, Parser, Subcommand};
 use std::io::Write;
@@ -67,12 +74,16 @@ enum Task {
     Run(run::Run),
     /// Render a scene file to a picture, or to a movie
     Render(render::Render),
+    /// Verify frames that were drawn in parts, and join them
+    Batch(batch::Batch),
     /// Look at a mesh, a scene or a stream from everywhere
     View(view::ViewArgs),
     /// Take a picture of a running server
     Snap(snap::Snap),
     /// Send a stream to a running server, and print its replies
     Send(send::Send),
+    /// Draw in a browser, with the engine in the page
+    Playground(playground::Playground),
     /// See a scene of N dimensions on a screen of M
     Eye(eye::Eye),
     /// Print the manual as man pages
@@ -125,9 +136,11 @@ pub fn main() -> ExitCode {
         Task::Serve(serve) => serve.run(),
         Task::Run(run) => run.run(),
         Task::Render(render) => render.run(),
+        Task::Batch(batch) => batch.run(),
         Task::View(view) => view.run(),
         Task::Snap(snap) => snap.run(),
         Task::Send(send) => send.run(),
+        Task::Playground(playground) => playground.run(),
         Task::Eye(eye) => eye.run(),
         Task::Man(man) => man.run(),
         Task::Completions(completions) => completions.run(),

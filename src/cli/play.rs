@@ -9,6 +9,7 @@ use super::progress::Watched;
 use super::render_args::RenderArgs;
 use super::scene_file;
 use super::trace::TraceAt;
+use super::web::{PreparedWeb, WebArgs, WebPage};
 use super::{FrameSize, Status, say, say_as_program, signals};
 use crate::command::EndOfInput;
 use crate::load::SandboxDir;
@@ -16,6 +17,7 @@ use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
 use crate::save;
 use crate::server::{
     Display, DisplayObserver, Engine, Finish, Limits, Notice, OnPresent, Player, RenderThread, recorded_size,
+    stated_size,
 };
 use clap::Args;
 use std::fs::File;
@@ -50,6 +52,9 @@ pub struct Play {
     /// pixel (N@X,Y) has on its way
     #[arg(long, value_name = "N|X,Y|N@X,Y")]
     trace: Option<TraceAt>,
+    /// Print what the last draw of faces needs, where its view comes from, and why
+    #[arg(long)]
+    explain: bool,
     /// Write the depth at the end
     #[arg(long, value_name = "OUT.pfm")]
     depth_out: Option<PathBuf>,
@@ -62,6 +67,11 @@ pub struct Play {
     /// Seconds that one command may take, but for the drawing of faces
     #[arg(long, value_name = "SECONDS", value_parser = super::serve::seconds, default_value = "10")]
     max_command_time: Duration,
+    /// Let --web take an address that other machines reach
+    #[arg(long)]
+    allow_remote: bool,
+    #[command(flatten)]
+    web: WebArgs,
     #[command(flatten)]
     crt: CrtArgs,
     #[command(flatten)]
@@ -96,10 +106,11 @@ impl Play {
     pub(super) fn run(self) -> Status {
         let prepared = self.prepare().and_then(|prepared| {
             let memory = prepared.engine.memory();
-            Ok((self.movie.open(memory.width(), memory.height(), self.crt)?, prepared))
+            let movie = self.movie.open(memory.width(), memory.height(), self.crt)?;
+            Ok((movie, self.web.prepare(self.allow_remote)?, prepared))
         });
         match prepared {
-            Ok((movie, stream)) => self.play(stream, movie),
+            Ok((movie, web, stream)) => self.play(stream, movie, web),
             Err(message) => {
                 say_as_program(message);
                 Status::BadArguments
@@ -116,8 +127,10 @@ impl Play {
             save::check_depth_path(path).map_err(|e| e.to_string())?;
         }
         self.movie.check()?;
-        if self.movie.takes_stdout() && self.trace.is_some() {
-            return Err("--movie - and --trace: both want standard output".to_owned());
+        for (option, is_set) in [("--trace", self.trace.is_some()), ("--explain", self.explain)] {
+            if self.movie.takes_stdout() && is_set {
+                return Err(format!("--movie - and {option}: both want standard output"));
+            }
         }
         let (mut size_of_file, mut takes_size) = (None, false);
         let (input, name, end): (Box<dyn Read + Send>, _, _) = match &self.file {
@@ -160,6 +173,9 @@ impl Play {
         if let Some(trace) = self.trace {
             engine.set_trace(trace.probe());
         }
+        if self.explain {
+            engine.set_explain();
+        }
         if self.background != VideoMemory::CLEAR {
             engine.fill_frame(self.background);
         }
@@ -174,15 +190,23 @@ impl Play {
     }
 
     /// Plays a prepared stream and writes what was asked for.
-    fn play(&self, stream: Stream, movie: Option<MovieWriter>) -> Status {
+    fn play(&self, stream: Stream, movie: Option<MovieWriter>, mut web: Option<PreparedWeb>) -> Status {
         let Stream { mut engine, input, name, end } = stream;
         let outlets = self.outlets(&mut engine, movie, end);
+        web.iter_mut().for_each(|web| web.attach(&mut engine));
         let has_failed = Arc::new(AtomicBool::new(false));
         let thread = match RenderThread::start(engine) {
             Ok(thread) => thread,
             Err(e) => {
                 say_as_program(format_args!("no thread to render on: {e}"));
                 return Status::Failed;
+            }
+        };
+        let page = match web.map(|web| web.serve_thread(&thread)).transpose() {
+            Ok(page) => page,
+            Err(message) => {
+                say_as_program(message);
+                return Status::BadArguments;
             }
         };
         let interrupted = watch_signals(&thread, outlets.display.clone());
@@ -196,11 +220,8 @@ impl Play {
             };
         let Outlets { display, movie, sampler, is_live, is_alone } = outlets;
         let mut engine = match display {
-            Some(display) => self.with_window(thread, player, display, is_live.then_some(&*is_alone)),
-            None => {
-                player.wait();
-                thread.finish(Finish::WhenAllEnded)
-            }
+            Some(display) => self.with_window(thread, player, display, is_live.then_some(&*is_alone), page),
+            None => finish_alone(thread, player, page),
         };
         self.report(&mut engine, &has_failed);
         drop(sampler);
@@ -257,6 +278,12 @@ impl Play {
         if let Some(verb) = engine.take_abandoned() {
             say_as_program(format_args!("ended in the middle of {verb}: the picture may hold a part of it"));
         }
+        if self.explain {
+            match engine.explanation() {
+                Some(plan) => output::print(plan),
+                None => say_as_program("--explain: there was no draw of faces"),
+            }
+        }
         if self.trace.is_some() {
             match engine.trace() {
                 Some(numbers) => output::print(format!("{numbers}\n")),
@@ -297,6 +324,7 @@ impl Play {
         player: Player,
         display: Arc<Display>,
         recorded: Option<&AtomicBool>,
+        page: Option<WebPage>,
     ) -> Engine {
         let shown = display.clone();
         player.on_end(move || shown.finish());
@@ -304,9 +332,13 @@ impl Play {
         let (crt, saves_crt) = (self.crt.in_window(), self.crt.in_files());
         let options = crate::window::Options { title, crt, saves_crt, ..Default::default() };
         match crate::window::run(display, options) {
-            Ok(()) if player.has_ended() => thread.finish(Finish::WhenAllEnded),
+            Ok(()) if player.has_ended() => {
+                // Those who drive in a browser would keep the thread running.
+                drop(page);
+                thread.finish_engine(Finish::WhenAllEnded)
+            }
             // The user closed the window.
-            Ok(()) => thread.finish(Finish::Now),
+            Ok(()) => thread.finish_engine(Finish::Now),
             Err(e) => {
                 say_as_program(format_args!("{e}: going on headless"));
                 match recorded {
@@ -314,8 +346,7 @@ impl Play {
                     Some(is_alone) => is_alone.store(true, Ordering::Release),
                     None => thread.drop_display(),
                 }
-                player.wait();
-                thread.finish(Finish::WhenAllEnded)
+                finish_alone(thread, player, page)
             }
         }
     }
@@ -327,9 +358,9 @@ impl Play {
         player: Player,
         _: Arc<Display>,
         _: Option<&AtomicBool>,
+        page: Option<WebPage>,
     ) -> Engine {
-        player.wait();
-        thread.finish(Finish::WhenAllEnded)
+        finish_alone(thread, player, page)
     }
 
     /// Writes the requested files, and returns whether all were written.
@@ -352,6 +383,21 @@ impl Play {
         }
         is_saved
     }
+}
+
+/// Waits for the stream's end without a window; a page in the browser stays until a signal.
+fn finish_alone(thread: RenderThread, player: Player, page: Option<WebPage>) -> Engine {
+    player.wait();
+    if let Some(page) = page {
+        if !thread.is_finished() {
+            say_as_program("the stream has ended; the page stays until Ctrl-C");
+        }
+        while !thread.is_finished() {
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        drop(page);
+    }
+    thread.finish_engine(Finish::WhenAllEnded)
 }
 
 /// Opens a file that holds a stream of commands; the length is `None` for a pipe or device.
@@ -398,17 +444,12 @@ fn read_size(mut file: &File) -> Result<Option<FrameSize>, String> {
 /// # Errors
 /// A message if it is no size of a frame.
 pub(super) fn size_of_stream(first: &[u8]) -> Result<Option<FrameSize>, String> {
-    let mut lines = first.split(|&b| b == b'\n');
-    if let Some(size) = lines.clone().next().and_then(recorded_size) {
+    if let Some(size) = first.split(|&b| b == b'\n').next().and_then(recorded_size) {
         return Ok(size.parse().ok());
     }
-    let is_command = |line: &&[u8]| !line.starts_with(b"#") && !line.trim_ascii().is_empty();
-    let words = lines.find(is_command).and_then(|line| std::str::from_utf8(line).ok());
-    match words.unwrap_or("").split_ascii_whitespace().collect::<Vec<_>>()[..] {
-        [verb, w, h] if verb.eq_ignore_ascii_case("SIZE") => {
-            format!("{w}x{h}").parse().map(Some).map_err(|e| format!("SIZE {w} {h}: {e}"))
-        }
-        _ => Ok(None),
+    match stated_size(first) {
+        Some([w, h]) => format!("{w}x{h}").parse().map(Some).map_err(|e| format!("SIZE {w} {h}: {e}")),
+        None => Ok(None),
     }
 }
 

@@ -7,7 +7,7 @@ use crate::server::{default_memory_bytes, worker_pool};
 use crate::simd::Level;
 use clap::Args;
 
-/// How drawing is done.
+/// Options of drawing.
 #[derive(Clone, Debug, Default, Args)]
 pub(super) struct RenderArgs {
     /// Threads that draw [default: all cores]
@@ -75,6 +75,11 @@ impl RenderArgs {
     /// Returns the memory budget in bytes.
     pub(super) fn memory_bytes(&self) -> u64 {
         self.max_memory.map_or_else(default_memory_bytes, |size| size.0)
+    }
+
+    /// Returns the SIMD level, `None` for the widest available, and the threads, if they are given.
+    pub(super) fn level_and_threads(&self) -> (Option<Level>, Option<usize>) {
+        (self.simd.0, self.threads.map(usize::from))
     }
 
     /// Returns the options of a renderer, including its threads.

@@ -1,5 +1,6 @@
 //! `fbptr report`: speed against error, or the hard cases, as tables and as a page.
 
+use super::render_args::RenderArgs;
 use super::{Status, output, say_as_program};
 use crate::measure::{Effort, hard, run, write};
 use clap::Args;
@@ -18,6 +19,8 @@ pub(super) struct ReportArgs {
     /// The hard cases instead: promise, measure, verdict, one row each
     #[arg(long)]
     hard: bool,
+    #[command(flatten)]
+    drawing: RenderArgs,
 }
 
 impl ReportArgs {
@@ -35,7 +38,10 @@ impl ReportArgs {
             let broken: Vec<String> = failed.map(|r| format!("{}: {}", r.case, r.measured)).collect();
             (vec![("hard.md", write::hard_markdown(&rows))], broken)
         } else {
+            let (simd, threads) = self.drawing.level_and_threads();
             let effort = if self.quick { Effort::QUICK } else { Effort::FULL };
+            // One thread unless told otherwise: what the machine's cores add is a table of its own.
+            let effort = effort.drawn_by(simd, threads.unwrap_or(1));
             let report = run(effort, &mut progress);
             let machine = machine(if self.quick { "fbptr report --quick" } else { "fbptr report" });
             let json = format!("{:#}\n", write::json(&report, &machine));

@@ -4,26 +4,11 @@
 use super::magic::{self, Content};
 use super::mesh_args::MeshArgs;
 use super::{Status, say_as_program};
-use crate::eye::EyeScene;
-use crate::load::gltf::GltfDocument;
-use crate::load::x3d::X3dDocument;
-use crate::load::{self, LoadContext, LoadError, LoadMemory, MeshFormat, SandboxDir, path_inside};
-use crate::scene::Geometry;
+pub(super) use crate::animation::SceneFile;
+use crate::animation::{LoadedScene, SceneFormat, SceneSource};
+use crate::load::SandboxDir;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::SystemTime;
-
-/// The contents of a scene file.
-pub(super) enum SceneFile {
-    X3d(Box<X3dDocument>),
-    Gltf(Box<GltfDocument>),
-    Mesh {
-        geometry: Arc<Geometry>,
-        /// True if the back faces can be seen.
-        is_open: bool,
-    },
-    Eye(Box<EyeScene>),
-}
 
 /// Error of reading a scene file.
 pub(super) enum SceneError {
@@ -79,7 +64,6 @@ impl Watch {
     }
 
     /// Returns whether any file changed since it was read, or since the last call.
-    #[cfg(feature = "window")]
     pub fn has_changed(&mut self) -> bool {
         let mut has_changed = false;
         for (path, before) in &mut self.files {
@@ -90,9 +74,7 @@ impl Watch {
     }
 }
 
-/// Extensions of scene files.
-const ENDINGS: [&str; 8] = ["x3d", "x3dz", "gltf", "glb", "obj", "stl", "ply", "json"];
-/// The same, for messages.
+/// Extensions of scene files, for messages.
 const EXPECTED: &str = "a scene: .x3d, .x3dz, .gltf, .glb, .obj, .stl, .ply or .json";
 
 /// Options of reading a scene file.
@@ -126,7 +108,7 @@ pub(super) fn is_scene(path: &Path) -> Result<bool, SceneError> {
 
 /// Returns whether a path has the extension of a scene.
 pub(super) fn has_scene_ending(path: &Path) -> bool {
-    ENDINGS.contains(&ending(path).as_str())
+    SceneFormat::of_ending(&ending(path)).is_some()
 }
 
 /// The folder that a scene may read other files from, and the scene's position in it.
@@ -162,26 +144,24 @@ impl Root {
 
 /// Reads the scene at `path`. Files that it refers to are searched in its folder, or in the root.
 /// Warnings go to stderr.
-pub(super) fn read(path: &Path, options: ReadOptions) -> Result<SceneFile, SceneError> {
+pub(super) fn read(path: &Path, options: ReadOptions) -> Result<LoadedScene, SceneError> {
     read_watched(path, options, &mut Watch::default())
 }
 
-/// Reads the bytes of a scene file, and determines the extension of its format.
-fn read_bytes(path: &Path, meshes: &MeshArgs) -> Result<(String, Vec<u8>), SceneError> {
+/// Reads the bytes of a scene file, and determines its format.
+fn read_bytes(path: &Path, meshes: &MeshArgs) -> Result<(SceneFormat, Vec<u8>), SceneError> {
     let name = path.display().to_string();
     let no_file = |e: std::io::Error| SceneError::NoFile(format!("{name}: {e}"));
-    let ending = match magic::of_path(path).map_err(no_file)? {
-        Some(Content::X3d) => "x3d".to_owned(),
-        Some(Content::Gltf) => "gltf".to_owned(),
-        Some(Content::Mesh(MeshFormat::Stl)) => "stl".to_owned(),
-        Some(Content::Mesh(MeshFormat::Ply)) => "ply".to_owned(),
-        Some(Content::Mesh(MeshFormat::Obj)) => "obj".to_owned(),
+    let format = match magic::of_path(path).map_err(no_file)? {
+        Some(Content::X3d) => Some(SceneFormat::X3d),
+        Some(Content::Gltf) => Some(SceneFormat::Gltf),
+        Some(Content::Mesh(format)) => Some(SceneFormat::Mesh(format)),
         Some(Content::Other(what)) => {
             return Err(SceneError::NoFile(format!("{name}: {what}; expected {EXPECTED}")));
         }
-        None => ending(path),
+        None => SceneFormat::of_ending(&ending(path)),
     };
-    if meshes.smooth.is_some() && !["obj", "stl", "ply"].contains(&ending.as_str()) {
+    if meshes.smooth.is_some() && !matches!(format, Some(SceneFormat::Mesh(_))) {
         return Err(SceneError::NoFile(format!(
             "--smooth is for .obj, .stl and .ply meshes: {name} is none"
         )));
@@ -196,10 +176,8 @@ fn read_bytes(path: &Path, meshes: &MeshArgs) -> Result<(String, Vec<u8>), Scene
             meta.len()
         )));
     }
-    if !ENDINGS.contains(&ending.as_str()) {
-        return Err(SceneError::NoFile(format!("{name}: expected {EXPECTED}")));
-    }
-    Ok((ending, std::fs::read(path).map_err(no_file)?))
+    let format = format.ok_or_else(|| SceneError::NoFile(format!("{name}: expected {EXPECTED}")))?;
+    Ok((format, std::fs::read(path).map_err(no_file)?))
 }
 
 /// Reads a scene as [`read`] does, and adds every file that was read or searched to `watch`.
@@ -207,10 +185,10 @@ pub(super) fn read_watched(
     path: &Path,
     ReadOptions { root, meshes }: ReadOptions,
     watch: &mut Watch,
-) -> Result<SceneFile, SceneError> {
+) -> Result<LoadedScene, SceneError> {
     watch.begin(path);
     let name = path.display().to_string();
-    let (ending, bytes) = read_bytes(path, meshes)?;
+    let (format, bytes) = read_bytes(path, meshes)?;
     let has_root = root.is_some();
     let root = Root::of(path, root)?;
     let mut inside = |name: &str| {
@@ -218,45 +196,18 @@ pub(super) fn read_watched(
         watch.add(root.path.join(name));
         root.folder.as_ref()?.read(name, MAX_BYTES).ok()
     };
-    let refused = |e: LoadError| SceneError::Refused(e.to_string());
-    match ending.as_str() {
-        "x3d" | "x3dz" => {
-            let memory = &mut LoadMemory::unlimited();
-            let context = LoadContext { folder: &root.own, opener: &mut inside, memory };
-            let document = load::x3d::parse_in(&bytes, &name, context).map_err(refused)?;
-            document.warnings().iter().for_each(say_as_program);
-            if document.names_outside() && !has_root {
-                say_as_program(format_args!("--root DIR lets {name} read files above its own folder"));
-            }
-            Ok(SceneFile::X3d(Box::new(document)))
-        }
-        "gltf" | "glb" => {
-            let memory = &mut LoadMemory::unlimited();
-            let context = LoadContext { folder: &root.own, opener: &mut inside, memory };
-            let document = load::gltf::parse_in(&bytes, &name, context).map_err(refused)?;
-            document.warnings().iter().for_each(say_as_program);
-            if document.names_outside() && !has_root {
-                say_as_program(format_args!("--root DIR lets {name} read files above its own folder"));
-            }
-            Ok(SceneFile::Gltf(Box::new(document)))
-        }
-        "obj" | "stl" | "ply" => {
-            let mut beside = |name: &str| inside(&path_inside(&root.own, name)?);
-            let memory = &mut LoadMemory::unlimited();
-            let format = match ending.as_str() {
-                "stl" => MeshFormat::Stl,
-                "ply" => MeshFormat::Ply,
-                _ => MeshFormat::Obj,
-            };
-            let loaded = format.parse(&bytes, &mut beside, &name, memory, meshes.smoothing());
-            let loaded = loaded.map_err(refused)?;
-            loaded.warnings.iter().for_each(say_as_program);
-            Ok(SceneFile::Mesh { geometry: Arc::new(loaded.geometry), is_open: loaded.is_open })
-        }
-        _ => {
-            let scene =
-                EyeScene::from_json(&bytes).map_err(|e| SceneError::Refused(format!("{name}: {e}")))?;
-            Ok(SceneFile::Eye(Box::new(scene)))
-        }
+    let source = SceneSource {
+        bytes: &bytes,
+        format,
+        name: &name,
+        folder: &root.own,
+        opener: &mut inside,
+        smoothing: meshes.smoothing(),
+    };
+    let loaded = SceneFile::read(source).map_err(SceneError::Refused)?;
+    loaded.warnings.iter().for_each(say_as_program);
+    if loaded.names_outside && !has_root {
+        say_as_program(format_args!("--root DIR lets {name} read files above its own folder"));
     }
+    Ok(loaded)
 }

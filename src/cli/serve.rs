@@ -6,6 +6,7 @@ use super::movie::{Clock, MovieArgs, MovieWriter, Sampler};
 use super::output::Stdout;
 use super::record_gate::RecordGate;
 use super::render_args::RenderArgs;
+use super::web::WebArgs;
 use super::{FrameSize, Status, args, say_as_program, signals};
 use crate::draw2d::Blend;
 use crate::load::SandboxDir;
@@ -44,7 +45,7 @@ pub struct Serve {
     /// Listen on a TCP address, any number of times; :PORT or PORT is loopback [default: 127.0.0.1:1234]
     #[arg(long, value_name = "ADDR")]
     listen: Vec<String>,
-    /// Let --listen and --metrics take addresses that other machines reach
+    /// Let --listen, --metrics and --web take addresses that other machines reach
     #[arg(long)]
     allow_remote: bool,
     /// Listen on a Unix socket, any number of times
@@ -62,7 +63,7 @@ pub struct Serve {
     /// Show addresses, clients and rates in the window from the start; F3 hides them
     #[arg(long, conflicts_with = "headless")]
     overlay: bool,
-    /// How the window enlarges the frame; F10 changes it
+    /// Enlargement of the frame by the window; F10 changes it
     #[arg(long, value_name = "HOW", value_enum, default_value_t = Enlarge::Whole, conflicts_with = "headless")]
     scaling: Enlarge,
     /// Put the video memory into a file that other programs map
@@ -96,6 +97,8 @@ pub struct Serve {
     /// the server ends with status 1
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    #[command(flatten)]
+    web: WebArgs,
     #[command(flatten)]
     drawing: RenderArgs,
     #[command(flatten)]
@@ -240,15 +243,17 @@ impl Serve {
             .as_deref()
             .map(|text| args::address::checked(text, self.allow_remote))
             .transpose()?;
+        let mut web = self.web.prepare(self.allow_remote)?;
         let mut engine = self.engine()?;
         let outlets = self.outlets(&mut engine, metrics.is_some())?;
+        web.iter_mut().for_each(|web| web.attach(&mut engine));
         let size = (engine.memory().width(), engine.memory().height());
         let (endings, ending) = bounded(8);
         // Before any client is admitted: from here on a signal ends the server in order.
         let told = endings.clone();
         signals::watch(move || _ = told.try_send(Ending::Signal))?;
         let mut server = Server::start(engine).map_err(|e| format!("no thread to render on: {e}"))?;
-        let others = if metrics.is_some() { MetricsServer::MAX_FILES } else { 0 };
+        let others = self.web.descriptors() + if metrics.is_some() { MetricsServer::MAX_FILES } else { 0 };
         if let Some(shortage) = server.fit_descriptors(places.len(), others) {
             say_as_program(format_args!("warning: {shortage}"));
         }
@@ -261,6 +266,7 @@ impl Serve {
             (Some(address), Some(board)) => Some(self.serve_metrics(address, board.clone())?),
             _ => None,
         };
+        let page = web.map(|web| web.serve(&server)).transpose()?;
         // The sockets first: a server whose port is taken leaves the other one's recording
         // unchanged.
         gate.open(self.record.as_deref())?;
@@ -283,6 +289,7 @@ impl Serve {
             }
             None => ending.recv().unwrap_or(Ending::Signal),
         };
+        drop(page);
         let mut engine = shut_down(server, why);
         engine.end();
         let status = engine.status();

@@ -124,6 +124,7 @@ impl Tour {
             save_dir: ".".into(),
             movie: None,
             ends_after: self.frames.map(|n| std::time::Duration::from_secs_f64(seconds(n))),
+            on_picture: Box::new(|_, _| false),
             reload: Box::new(|| None),
         };
         crate::window::run_viewer(viewer, &mut options).map_err(|e| e.to_string())

@@ -3,7 +3,9 @@
 use super::mesh_args::MeshArgs;
 use super::render_args::RenderArgs;
 use super::scene_file::{self, ReadOptions, SceneError, SceneFile, Watch};
-use super::{FrameSize, Status, say, say_as_program};
+use super::view_web::ViewerPage;
+use super::web::WebArgs;
+use super::{FrameSize, Status, say, say_as_program, signals};
 use crate::executor::Executor;
 use crate::load::SandboxDir;
 use crate::save::{self, Movie, MovieFormat};
@@ -12,11 +14,18 @@ use crate::viewer::{Model, Split, Viewer, ViewerOptions, help_lines};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Time between two looks at keys and clock without a window.
+const BROWSER_TICK: Duration = Duration::from_millis(3);
+/// Time between two checks of the file without a window.
+const WATCH_EVERY: Duration = Duration::from_millis(250);
 
 /// Look at a mesh, a scene or a stream from everywhere.
 #[derive(Debug, Args)]
 pub struct ViewArgs {
-    /// What to look at: .gltf, .glb, .x3d, .x3dz, .obj, .stl, .ply, .json for N dimensions, anything
+    /// File to look at: .gltf, .glb, .x3d, .x3dz, .obj, .stl, .ply, .json for N dimensions, anything
     /// else is a stream of commands
     #[arg(value_name = "FILE")]
     file: PathBuf,
@@ -54,7 +63,7 @@ pub struct ViewArgs {
     /// Write every frame: .gif, .apng, .y4m, .png (numbered), or - for y4m on standard output
     #[arg(long, value_name = "OUT")]
     movie: Option<PathBuf>,
-    /// Where F9, F12 and J save
+    /// Folder that F9, F12 and J save to
     #[arg(long, value_name = "DIR", default_value = ".")]
     save_dir: PathBuf,
     /// Let a scene read files from this folder, not only from its own
@@ -63,6 +72,11 @@ pub struct ViewArgs {
     /// Let a stream's LOAD read files from this folder
     #[arg(long, value_name = "DIR")]
     load_dir: Option<PathBuf>,
+    /// Let --web take an address that other machines reach
+    #[arg(long)]
+    allow_remote: bool,
+    #[command(flatten)]
+    web: WebArgs,
     #[command(flatten)]
     meshes: MeshArgs,
     #[command(flatten)]
@@ -86,7 +100,7 @@ impl ViewArgs {
 
     /// Returns whether the bytes of the pictures are kept, for other programs to compare.
     fn keeps_bytes(&self) -> bool {
-        self.headless || self.snap.is_some() || self.movie.is_some()
+        (self.headless && !self.web.is_wanted()) || self.snap.is_some() || self.movie.is_some()
     }
 
     fn is_studio(&self) -> bool {
@@ -105,6 +119,7 @@ impl ViewArgs {
         if let Some(path) = &self.movie {
             MovieFormat::of_path(path).map_err(|e| bad(e.to_string()))?;
         }
+        let web = self.web.prepare(self.allow_remote).map_err(bad)?;
         let mut watch = Watch::default();
         let model = self.read(&mut watch, None)?;
         let [width, height] = match self.size {
@@ -138,7 +153,8 @@ impl ViewArgs {
         };
         let refused = |e: String| SceneError::Refused(format!("{}: {e}", self.file.display()));
         let mut viewer = Viewer::new(model, options).map_err(refused)?;
-        let is_shown = self.show(&mut viewer, movie, watch)?;
+        let page = web.map(|web| ViewerPage::start(web, &viewer)).transpose().map_err(bad)?;
+        let is_shown = self.show(&mut viewer, movie, watch, page)?;
         let errors = viewer.take_errors(&self.file.display().to_string());
         errors.iter().for_each(|line| say(line));
         if let Some(path) = &self.snap {
@@ -151,7 +167,7 @@ impl ViewArgs {
     fn read(&self, watch: &mut Watch, size: Option<[u32; 2]>) -> Result<Model, SceneError> {
         if scene_file::is_scene(&self.file)? {
             let options = ReadOptions { root: self.root.as_deref(), meshes: &self.meshes };
-            return Ok(match scene_file::read_watched(&self.file, options, watch)? {
+            return Ok(match scene_file::read_watched(&self.file, options, watch)?.file {
                 SceneFile::Mesh { geometry, is_open } => Model::Mesh { geometry, is_open },
                 SceneFile::X3d(document) => Model::X3d(document),
                 SceneFile::Gltf(document) => Model::Gltf(document),
@@ -178,22 +194,89 @@ impl ViewArgs {
         Ok(Model::Stream(bytes, Arc::new(make)))
     }
 
-    /// Shows the viewer in a window, or draws its frames without one. Returns whether all was drawn
-    /// and written.
-    fn show(&self, viewer: &mut Viewer, movie: Option<Movie>, watch: Watch) -> Result<bool, SceneError> {
-        let movie = match self.headless {
-            true => movie,
-            false => match self.in_window(viewer, movie, watch) {
+    /// Shows the viewer in a window, in the browser, or draws its frames without one. Returns whether
+    /// all was drawn and written.
+    fn show(
+        &self,
+        viewer: &mut Viewer,
+        movie: Option<Movie>,
+        watch: Watch,
+        page: Option<ViewerPage>,
+    ) -> Result<bool, SceneError> {
+        let (movie, watch, page) = match self.headless {
+            true => (movie, watch, page),
+            false => match self.in_window(viewer, movie, watch, page) {
                 Ok(()) => return Ok(true),
-                Err(NoWindow(message, movie)) => {
-                    let keeps = movie.is_some() || self.snap.is_some();
+                Err(unused) => {
+                    let NoWindow { message, movie, watch, page } = *unused;
+                    let keeps = movie.is_some() || self.snap.is_some() || page.is_some();
                     let next = if keeps { "" } else { "; --snap FILE or --movie FILE keeps what is drawn" };
                     say_as_program(format_args!("{message}: going on headless{next}"));
-                    movie
+                    (movie, watch, page)
                 }
             },
         };
-        self.without_window(viewer, movie)
+        match page {
+            Some(page) => self.in_browser(viewer, movie, watch, page),
+            None => self.without_window(viewer, movie),
+        }
+    }
+
+    /// Shows the viewer in the browser, until Ctrl-C or its key Q, or for the time of --frames.
+    fn in_browser(
+        &self,
+        viewer: &mut Viewer,
+        mut movie: Option<Movie>,
+        mut watch: Watch,
+        mut page: ViewerPage,
+    ) -> Result<bool, SceneError> {
+        let ends = Arc::new(AtomicBool::new(false));
+        let told = ends.clone();
+        signals::watch(move || told.store(true, Ordering::Release)).map_err(SceneError::Refused)?;
+        let size = [viewer.shown().width(), viewer.shown().height()];
+        let begun = Instant::now();
+        let (mut last, mut watched) = (begun, begun);
+        let is_over = |begun: Instant| self.run_time().is_some_and(|time| begun.elapsed() >= time);
+        while !ends.load(Ordering::Acquire) && !is_over(begun) {
+            if watched.elapsed() >= WATCH_EVERY {
+                watched = Instant::now();
+                match self.reload(&mut watch, size) {
+                    Some(Ok(model)) => viewer.reload(model),
+                    Some(Err(message)) => say_as_program(message),
+                    None => {}
+                }
+            }
+            let now = Instant::now();
+            viewer.advance(now - std::mem::replace(&mut last, now));
+            let is_new = viewer.refresh();
+            if page.step(viewer, is_new) {
+                break;
+            }
+            if let Some(movie) = &mut movie {
+                let due = (begun.elapsed().as_secs_f64() * self.fps()) as u64 + 1;
+                while movie.frames() < due {
+                    movie.push(viewer.shown()).map_err(|e| SceneError::Refused(e.to_string()))?;
+                }
+            }
+            if !viewer.has_more_to_smooth() {
+                std::thread::sleep(BROWSER_TICK);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Returns the time of --frames.
+    fn run_time(&self) -> Option<Duration> {
+        self.frames.map(|n| Duration::from_secs_f64((n as f64 / self.fps()).min(1e9)))
+    }
+
+    /// Reads the file again if it has changed.
+    fn reload(&self, watch: &mut Watch, size: [u32; 2]) -> Option<Result<Model, String>> {
+        watch.has_changed().then(|| {
+            self.read(watch, Some(size)).map_err(|e| match e {
+                SceneError::NoFile(message) | SceneError::Refused(message) => message,
+            })
+        })
     }
 
     /// Draws the frames without a window. Returns whether all could be drawn.
@@ -219,33 +302,41 @@ impl ViewArgs {
     }
 
     #[cfg(not(feature = "window"))]
-    fn in_window(&self, _: &mut Viewer, movie: Option<Movie>, _: Watch) -> Result<(), NoWindow> {
-        Err(NoWindow("built without windows".to_owned(), movie))
+    fn in_window(
+        &self,
+        _: &mut Viewer,
+        movie: Option<Movie>,
+        watch: Watch,
+        page: Option<ViewerPage>,
+    ) -> Result<(), Box<NoWindow>> {
+        Err(Box::new(NoWindow { message: "built without windows".to_owned(), movie, watch, page }))
     }
 
     #[cfg(feature = "window")]
-    fn in_window(&self, viewer: &mut Viewer, movie: Option<Movie>, mut watch: Watch) -> Result<(), NoWindow> {
+    fn in_window(
+        &self,
+        viewer: &mut Viewer,
+        movie: Option<Movie>,
+        mut watch: Watch,
+        mut page: Option<ViewerPage>,
+    ) -> Result<(), Box<NoWindow>> {
         let size = [viewer.shown().width(), viewer.shown().height()];
-        let reload = || {
-            watch.has_changed().then(|| {
-                self.read(&mut watch, Some(size)).map_err(|e| match e {
-                    SceneError::NoFile(message) | SceneError::Refused(message) => message,
-                })
-            })
-        };
         let mut options = crate::window::ViewerOptions {
             title: format!("fbptr view {}", self.file.display()),
             crt: self.crt,
             is_smooth: self.is_studio(),
             save_dir: self.save_dir.clone(),
             movie: movie.map(|movie| (movie, self.fps())),
-            ends_after: self
-                .frames
-                .map(|n| std::time::Duration::from_secs_f64((n as f64 / self.fps()).min(1e9))),
-            reload: Box::new(reload),
+            ends_after: self.run_time(),
+            on_picture: Box::new(|viewer, is_new| {
+                page.as_mut().is_some_and(|page| page.step(viewer, is_new))
+            }),
+            reload: Box::new(|| self.reload(&mut watch, size)),
         };
-        crate::window::run_viewer(viewer, &mut options)
-            .map_err(|e| NoWindow(e.to_string(), options.movie.map(|(movie, _)| movie)))
+        let shown = crate::window::run_viewer(viewer, &mut options);
+        let movie = options.movie.take().map(|(movie, _)| movie);
+        drop(options);
+        shown.map_err(|e| Box::new(NoWindow { message: e.to_string(), movie, watch, page }))
     }
 }
 
@@ -278,5 +369,10 @@ fn on_or_off(text: &str) -> Result<bool, String> {
     }
 }
 
-/// Reason for the lack of a window, and the movie, to which nothing was written.
-struct NoWindow(String, Option<Movie>);
+/// Reason for the lack of a window, and what it has not used.
+struct NoWindow {
+    message: String,
+    movie: Option<Movie>,
+    watch: Watch,
+    page: Option<ViewerPage>,
+}

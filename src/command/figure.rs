@@ -5,7 +5,7 @@
 
 use crate::draw2d::{AreaColors, DrawError, FigureTarget, RampColor, RealRect, Rect};
 
-/// What can be drawn on a target of figures.
+/// A figure that can be drawn on a target.
 pub(crate) trait DrawFigure {
     /// Draws it within the window of rows of the target's memory.
     fn draw(&self, target: &mut FigureTarget<'_>) -> Result<(), DrawError>;
@@ -17,7 +17,7 @@ impl<T: DrawFigure> DrawFigure for &T {
     }
 }
 
-/// What a figure's function may return.
+/// A return type of a figure's function.
 pub(super) trait Drawn {
     /// Returns it as a result.
     fn drawn(self) -> Result<(), DrawError>;

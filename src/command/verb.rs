@@ -54,7 +54,7 @@ pub enum Reply {
     ByForm,
 }
 
-/// What a verb reads or writes, and which states of its connection bound it.
+/// The memory that a verb reads or writes, and the states of its connection that bound it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reach {
     /// Nothing that `TARGET` or `CLIP` concern.
@@ -158,7 +158,7 @@ pub struct Verb {
     pub payload: Payload,
     /// Reply.
     pub reply: Reply,
-    /// What it reads or writes.
+    /// The memory that it reads or writes.
     pub reach: Reach,
     /// Accepted syntaxes, for HELP and error messages.
     pub forms: &'static [Form],

@@ -14,9 +14,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 #[inline]
 pub fn put_pixel(memory: &mut VideoMemory, x: i32, y: i32, color: Rgba, blend: Blend) {
     match blend {
-        _ if memory.is_clipped() && !memory.is_drawable(x, y) => {}
-        Blend::Replace => memory.put_pixel(x, y, color),
-        Blend::Over => compose_pixel(memory, x, y, color),
+        Blend::Replace => memory.draw_pixel(x, y, color),
+        Blend::Over if memory.is_drawable(x, y) => compose_pixel(memory, x, y, color),
+        Blend::Over => {}
     }
 }
 

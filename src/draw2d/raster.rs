@@ -1,6 +1,8 @@
 //! Helpers of this module's tests: small frames, frames printed as text, the golden files.
 
 use crate::memory::{Rgba, VideoMemory};
+use num_bigint::BigInt;
+use proptest::prelude::*;
 
 /// Width in pixels of the frames that exhaustive tests draw into.
 pub const FRAME_W: i32 = 7;
@@ -36,4 +38,36 @@ pub fn extremes() -> [i32; 10] {
 pub fn golden(name: &str) -> serde_json::Value {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/golden").join(name);
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+/// Returns a number in units of 2^-1074, the smallest positive f64, read from its bits.
+fn in_smallest_units(v: f64) -> BigInt {
+    let (exponent, fraction) = ((v.to_bits() >> 52) as u32 & 0x7ff, v.to_bits() & ((1 << 52) - 1));
+    let mantissa = if exponent == 0 { fraction } else { fraction | 1 << 52 };
+    let size = BigInt::from(mantissa) << exponent.saturating_sub(1);
+    if v.is_sign_negative() { -size } else { size }
+}
+
+/// Returns the definition of a filled ellipse, evaluated in integers: whether the centre of pixel
+/// (x, y) is inside. It shares no code with what draws.
+pub fn ellipse_definition(centre: [f64; 2], radii: [f64; 2]) -> impl Fn(i32, i32) -> bool {
+    let (centre, [rx, ry]) = (centre.map(in_smallest_units), radii.map(in_smallest_units));
+    let limit = &rx * &ry * &rx * &ry;
+    move |x, y| {
+        // (2x + 1) / 2 pixels, less the centre.
+        let from_centre = |v: i32, k: usize| (BigInt::from(2 * v + 1) << 1073) - &centre[k];
+        let (u, v) = (from_centre(x, 0) * &ry, from_centre(y, 1) * &rx);
+        &u * &u + &v * &v < limit
+    }
+}
+
+/// Generates coordinates in pixels: halves, others near the frame, far ones, and all magnitudes of f64.
+pub fn real() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        3 => (-20..40i32).prop_map(|v| f64::from(v) / 2.0),
+        3 => -10.0..20.0,
+        1 => -1e6..1e6,
+        1 => (-1.0..1.0, -320..308i32).prop_map(|(m, e): (f64, i32)| m * 10f64.powi(e)),
+        1 => prop::sample::select(vec![f64::MAX, -f64::MAX, 5e-324, -5e-324, 0.0, f64::MIN_POSITIVE]),
+    ]
 }

@@ -186,7 +186,7 @@ impl ExactStroke {
 pub(super) mod tests {
     use super::*;
     use crate::draw2d::fill_circle;
-    use crate::draw2d::raster::{lit, memory, picture};
+    use crate::draw2d::raster::{lit, memory, picture, real};
     use proptest::prelude::*;
 
     /// Returns whether a point is nearer than half a width to a segment, or on its upper or left side;
@@ -227,16 +227,6 @@ pub(super) mod tests {
         let all = (0..9).flat_map(|y| (0..13).map(move |x| (x, y)));
         let want: Vec<_> = all.filter(|&(x, y)| is_near(&[centre(x), centre(y)], &a, &b, &w)).collect();
         assert_eq!(lit(&m, 100), want, "{p0:?} {p1:?} {width:e}");
-    }
-
-    fn real() -> impl Strategy<Value = f64> {
-        prop_oneof![
-            4 => (-20..40i32).prop_map(|v| f64::from(v) / 2.0),
-            4 => -10.0..20.0,
-            1 => -1e6..1e6,
-            1 => (-1.0..1.0, -320..308i32).prop_map(|(m, e): (f64, i32)| m * 10f64.powi(e)),
-            1 => prop::sample::select(vec![f64::MAX, -f64::MAX, 5e-324, -5e-324, 0.0, f64::MIN_POSITIVE]),
-        ]
     }
 
     fn width() -> impl Strategy<Value = f64> {

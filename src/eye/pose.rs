@@ -81,6 +81,23 @@ impl Pose {
         self.rotations.retain(|r| r.angle_deg != 0.0);
     }
 
+    /// Rotates the eye as [`Pose::turn`] does, and moves it so that the point `middle` stays where it
+    /// is in the eye's own frame.
+    ///
+    /// # Panics
+    /// As [`Pose::turn`], and unless `middle` has the eye's dimension.
+    pub fn turn_about(&mut self, middle: &[f64], a: usize, b: usize, angle_deg: f64) {
+        assert_eq!(middle.len(), self.position.len(), "a point of the eye's space");
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+        let along: Vec<f64> =
+            self.axes().iter().map(|axis| dot(axis, middle) - dot(axis, &self.position)).collect();
+        self.turn(a, b, angle_deg);
+        self.position = middle.to_vec();
+        for (axis, length) in self.axes().iter().zip(along) {
+            self.position.iter_mut().zip(axis).for_each(|(x, e)| *x -= length * e);
+        }
+    }
+
     /// Returns every plane of rotation of R^N as a pair of axes, those of visible axes first.
     pub fn planes(dim: usize) -> Vec<[usize; 2]> {
         (1..dim).flat_map(|b| (0..b).map(move |a| [a, b])).collect()

@@ -7,7 +7,7 @@
 //! one need not check again.
 
 use super::error::EyeError;
-use super::pose::Pose;
+use super::pose::{Pose, Rotation};
 use super::validate::{finite_point, in_range, length, same_length};
 
 /// Largest dimension of a scene.
@@ -125,6 +125,38 @@ impl std::ops::Deref for EyeScene {
 }
 
 impl EyeScene {
+    /// Returns the least and the largest coordinate of the facets on each axis; infinite ones, the
+    /// least being the larger, of a scene without facets.
+    pub fn bounds(&self) -> Vec<(f64, f64)> {
+        let mut bounds = vec![(f64::INFINITY, f64::NEG_INFINITY); self.dim];
+        for point in self.facets.iter().flat_map(|f| &f.v) {
+            for (b, &x) in bounds.iter_mut().zip(point) {
+                *b = (b.0.min(x), b.1.max(x));
+            }
+        }
+        bounds
+    }
+
+    /// Returns the middle of the facets' bounds; the origin of a scene without facets.
+    pub fn middle(&self) -> Vec<f64> {
+        let is_empty = self.facets.is_empty();
+        self.bounds().iter().map(|&(l, h)| if is_empty { 0.0 } else { l / 2.0 + h / 2.0 }).collect()
+    }
+
+    /// Returns the scene with its eye turned about the middle of the facets, by one rotation after
+    /// the other. Rotations in planes that the scene does not have are left out.
+    ///
+    /// # Errors
+    /// If the eye would be out of range.
+    pub fn turned(self, rotations: &[Rotation]) -> Result<Self, EyeError> {
+        let (dim, middle) = (self.dim, self.middle());
+        let mut parts = self.into_parts();
+        for r in rotations.iter().filter(|r| r.a != r.b && r.a.max(r.b) < dim && r.angle_deg.is_finite()) {
+            parts.pose.turn_about(&middle, r.a, r.b, r.angle_deg);
+        }
+        EyeScene::new(parts)
+    }
+
     /// Validates lengths and ranges. An error names the offending field by its path in the JSON.
     pub fn new(parts: SceneParts) -> Result<Self, EyeError> {
         let n = parts.dim;

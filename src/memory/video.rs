@@ -81,6 +81,8 @@ pub struct VideoMemory {
     window: Range<u32>,
     /// Columns and rows that drawing may touch: all, unless a clip rectangle is set.
     clip: [Range<u32>; 2],
+    /// Columns whose pixels may be drawn without a look at the clip rectangle: all or none.
+    unclipped_columns: u32,
 }
 
 impl VideoMemory {
@@ -101,16 +103,24 @@ impl VideoMemory {
         let len = usize::try_from(size).map_err(|_| no_room.clone())?;
         let bytes = Aligned::new(len, 0).ok_or(no_room)?;
         let clip = [0..width, 0..height];
-        let mut memory = VideoMemory { width, height, bytes, damage: 0..height, window: 0..height, clip };
+        let mut memory = VideoMemory {
+            width,
+            height,
+            bytes,
+            damage: 0..height,
+            window: 0..height,
+            clip,
+            unclipped_columns: width,
+        };
         memory.clear(Self::CLEAR);
         Ok(memory)
     }
 
     /// Creates a frame without pixels, in the place of one that is lent.
-    #[cfg(feature = "server")]
+    #[cfg(feature = "engine")]
     pub(crate) fn vacant() -> Self {
         let (bytes, clip) = (Aligned::default(), [0..0, 0..0]);
-        VideoMemory { width: 0, height: 0, bytes, damage: NO_ROWS, window: 0..0, clip }
+        VideoMemory { width: 0, height: 0, bytes, damage: NO_ROWS, window: 0..0, clip, unclipped_columns: 0 }
     }
 
     /// Returns the width in pixels.
@@ -188,7 +198,7 @@ impl VideoMemory {
     /// Returns whether a clip rectangle leaves out a part of the frame.
     #[inline]
     pub fn is_clipped(&self) -> bool {
-        self.clip != [0..self.width, 0..self.height]
+        self.unclipped_columns != self.width
     }
 
     /// Restricts all drawing, of `draw2d` and of the pipeline, to these columns and rows, clamped to
@@ -199,11 +209,14 @@ impl VideoMemory {
             start..range.end.clamp(start, size)
         };
         self.clip = [within(columns, self.width), within(rows, self.height)];
+        let is_whole = self.clip == [0..self.width, 0..self.height];
+        self.unclipped_columns = if is_whole { self.width } else { 0 };
     }
 
     /// Ends the restriction of [`VideoMemory::set_clip`].
     pub fn end_clip(&mut self) {
         self.clip = [0..self.width, 0..self.height];
+        self.unclipped_columns = self.width;
     }
 
     /// Returns whether drawing may touch pixel (x, y).
@@ -230,17 +243,43 @@ impl VideoMemory {
     #[doc(alias = "putPixel")]
     #[inline]
     pub fn put_pixel(&mut self, x: i32, y: i32, color: Rgba) {
+        self.store_pixel(x, y, self.width, color);
+    }
+
+    /// Stores one pixel; does nothing off the frame or outside the clip rectangle.
+    #[inline]
+    pub fn draw_pixel(&mut self, x: i32, y: i32, color: Rgba) {
+        if !self.store_pixel(x, y, self.unclipped_columns, color) {
+            self.draw_clipped_pixel(x, y, color);
+        }
+    }
+
+    /// Stores one pixel that may be off the frame or outside the clip rectangle.
+    #[cold]
+    #[inline(never)]
+    fn draw_clipped_pixel(&mut self, x: i32, y: i32, color: Rgba) {
+        if self.is_drawable(x, y) {
+            self.put_pixel(x, y, color);
+        }
+    }
+
+    /// Stores one pixel if it is on the frame and left of column `columns`, at most the width.
+    /// Returns whether it is.
+    #[inline]
+    fn store_pixel(&mut self, x: i32, y: i32, columns: u32, color: Rgba) -> bool {
         let (x, y) = (x as u32, y as u32);
         let at = u64::from(self.width) * u64::from(y) + u64::from(x);
         // With x inside, the index is out of range exactly when y is: one comparison fewer on the
         // hot path.
-        if x < self.width
+        if x < columns
             && let Some(pixel) =
                 self.bytes.as_chunks_mut::<4>().0.get_mut(usize::try_from(at).unwrap_or(usize::MAX))
         {
             *pixel = color;
             self.mark_row(y);
+            return true;
         }
+        false
     }
 
     /// Reads one pixel.
@@ -354,6 +393,25 @@ mod tests {
         assert_eq!(m.bytes(), [0, 0, 0, 255].repeat(6));
         assert_eq!(m.take_damage(), 0..2);
         assert!(!m.is_damaged());
+    }
+
+    #[test]
+    fn a_pixel_is_drawn_where_the_clip_rectangle_and_the_frame_let_it() {
+        for clip in [None, Some([1..3, 1..2]), Some([0..0, 0..3]), Some([0..4, 0..3])] {
+            let mut m = VideoMemory::new(4, 3).unwrap();
+            if let Some([columns, rows]) = clip.clone() {
+                m.set_clip(columns, rows);
+            }
+            let [columns, rows] = clip.clone().unwrap_or([0..4, 0..3]);
+            for (x, y) in (-1..6).flat_map(|x| (-1..5).map(move |y| (x, y))).chain([(i32::MIN, i32::MAX)]) {
+                m.clear(VideoMemory::CLEAR);
+                m.draw_pixel(x, y, [9; 4]);
+                let lit = m.bytes().as_chunks::<4>().0.iter().filter(|p| **p == [9; 4]).count();
+                let is_inside = columns.contains(&(x as u32)) && rows.contains(&(y as u32));
+                assert_eq!(lit, usize::from(is_inside), "({x}, {y}) in {clip:?}");
+                assert!(!is_inside || m.get_pixel(x, y) == Ok([9; 4]));
+            }
+        }
     }
 
     #[test]

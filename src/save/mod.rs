@@ -10,12 +10,16 @@ mod formats;
 pub mod golden;
 #[cfg(feature = "movies")]
 mod movie;
+#[cfg(feature = "cli")]
+mod read;
 mod temporary;
 
 pub use atomic::atomically;
 pub use formats::{SnapshotFormat, check_depth_path, crc32, depth_to_path, pfm, png, ppm, raw, to_path};
 #[cfg(feature = "movies")]
 pub use movie::{MOVIE_ENDINGS, Movie, MovieFormat, numbered_path};
+#[cfg(feature = "cli")]
+pub(crate) use read::read_frame;
 #[cfg(unix)]
 pub(crate) use temporary::{hold, temporary_name};
 pub use temporary::{remove_leftovers_beside, remove_leftovers_in};

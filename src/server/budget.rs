@@ -1,6 +1,7 @@
 //! The budget of a slice: what a stream may do before it yields to the others.
 
-use std::time::{Duration, Instant};
+use super::clock::Instant;
+use std::time::Duration;
 
 /// Limits after which a running stream yields.
 #[derive(Clone, Copy, Debug)]

@@ -1,4 +1,4 @@
-//! What the window tells the render thread.
+//! Messages from the window to the render thread.
 
 use crate::input::InputEvent;
 

@@ -21,14 +21,15 @@
 //! An error here would show as a reply out of order, or as a recording whose replay draws other
 //! bytes (`tests/serving/fairness.rs`).
 
-use super::engine::Job;
+use super::engine::{Job, JobResult};
 use super::message::{Id, Message};
 use super::workers::DRAW_STACK_BYTES;
 use crate::cancel::CancelToken;
+use crate::error::{Code, Fault};
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Number of jobs that run at a time: more than a small machine has cores, so that long jobs of a
 /// few clients leave room for those of others.
@@ -41,12 +42,29 @@ pub(crate) struct Ticket {
     pub number: u64,
     cancel: CancelToken,
     begun: Arc<OnceLock<Instant>>,
+    limit: Option<Duration>,
 }
 
 impl Ticket {
     /// Returns the time at which a worker began the job.
     pub fn begun(&self) -> Option<Instant> {
         self.begun.get().copied()
+    }
+
+    /// Returns the time at which the job exceeds its limit, if it has begun and has one.
+    pub fn until(&self) -> Option<Instant> {
+        self.begun()?.checked_add(self.limit?)
+    }
+
+    /// Returns whether the job may be given up.
+    pub fn has_limit(&self) -> bool {
+        self.limit.is_some()
+    }
+
+    /// Returns the result of a job that has exceeded its time limit.
+    pub fn given_up(&self) -> JobResult {
+        let limit = self.limit.unwrap_or_default().as_secs_f64();
+        JobResult::refused(Fault::new(Code::Quota, format!("given up after {limit} s, without effect")))
     }
 
     /// Asks the work to end; its result will be dropped.
@@ -79,11 +97,12 @@ impl JobPool {
         JobPool { queue, tasks, messages, threads: 0, unfinished: Arc::default(), next: 0 }
     }
 
-    /// Submits a job to the workers.
+    /// Submits a job to the workers. One that takes longer than `limit` is given up, whether or not
+    /// it has ended before anyone has looked.
     ///
     /// # Errors
     /// Returns the job if the system has no thread to give.
-    pub fn submit(&mut self, connection: Id, job: Job) -> Result<Ticket, Job> {
+    pub fn submit(&mut self, connection: Id, job: Job, limit: Option<Duration>) -> Result<Ticket, Job> {
         let busy = self.unfinished.fetch_add(1, Ordering::Relaxed);
         if busy >= self.threads && self.threads < MAX_THREADS && self.start_thread().is_ok() {
             self.threads += 1;
@@ -93,7 +112,7 @@ impl JobPool {
             return Err(job);
         }
         self.next += 1;
-        let ticket = Ticket { number: self.next, cancel: CancelToken::new(), begun: Arc::default() };
+        let ticket = Ticket { number: self.next, cancel: CancelToken::new(), begun: Arc::default(), limit };
         match self.queue.send(Task { connection, ticket: ticket.clone(), job }) {
             Ok(()) => Ok(ticket),
             // Unreachable: the pool holds a receiver itself.
@@ -111,7 +130,10 @@ impl JobPool {
                     continue;
                 }
                 let _ = ticket.begun.set(Instant::now());
-                let result = job.run_guarded(&ticket.cancel);
+                let mut result = job.run_guarded(&ticket.cancel);
+                if ticket.until().is_some_and(|until| Instant::now() > until) {
+                    result = ticket.given_up();
+                }
                 unfinished.fetch_sub(1, Ordering::Relaxed);
                 // The result of a cancelled job is dropped here, since no connection waits for it;
                 // that is also the case if the render thread has ended.

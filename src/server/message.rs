@@ -91,6 +91,9 @@ pub(crate) enum Message {
     Room(Id),
     /// A worker has finished a connection's job: the ticket's number and the result.
     JobDone(Id, u64, Box<JobResult>),
+    /// An event of a user in a browser, for the clients that listen.
+    #[cfg(feature = "web")]
+    Event(InputEvent),
     /// A function to run between two slices.
     Do(Box<dyn FnOnce(&mut Engine) + Send>),
     /// The window could not be opened: the server runs without it.
@@ -108,6 +111,8 @@ impl fmt::Debug for Message {
             Message::Mail(id) => write!(f, "Mail({id})"),
             Message::Room(id) => write!(f, "Room({id})"),
             Message::JobDone(id, number, result) => write!(f, "JobDone({id}, {number}, {result:?})"),
+            #[cfg(feature = "web")]
+            Message::Event(event) => write!(f, "Event({event})"),
             Message::Do(_) => write!(f, "Do"),
             Message::NoDisplay => write!(f, "NoDisplay"),
             Message::Finish(how) => write!(f, "Finish({how:?})"),

@@ -8,6 +8,8 @@ use super::transport::{
     ByteSource, Control, Endpoint, LINGERING, ListenAddress, ListenError, Listener, Uncontrolled, make_room,
     serve_connection,
 };
+#[cfg(feature = "web")]
+use super::web::{WebFeed, WebOptions, WebServer, WebTarget};
 use super::{Audience, Client, Engine};
 use crate::command::EndOfInput;
 use std::io::{self, Read, Write};
@@ -117,6 +119,18 @@ impl Server {
         serve_connection(&self.thread.link(), endpoint)
     }
 
+    /// Serves the page in the browser, with the frames of `feed`, which a
+    /// [`WebObserver`](super::WebObserver) of this server's engine fills. Commands of those who may
+    /// drive count as connections.
+    ///
+    /// # Errors
+    /// If the address cannot be bound, or the system has no thread to give.
+    #[cfg(feature = "web")]
+    pub fn serve_web(&self, feed: Arc<WebFeed>, options: WebOptions) -> io::Result<WebServer> {
+        let target = WebTarget::Thread { link: self.thread.link(), admission: self.admission.clone() };
+        WebServer::start(feed, options, target)
+    }
+
     /// Creates an in-process client.
     pub fn client(&self) -> Client {
         self.thread.client()
@@ -130,7 +144,7 @@ impl Server {
     /// Stops listening, and ends when every connection has ended, however long its client takes.
     pub fn finish(self) -> Engine {
         drop(self.listeners);
-        self.thread.finish(Finish::WhenAllEnded)
+        self.thread.finish_engine(Finish::WhenAllEnded)
     }
 
     /// Stops listening, runs what was received, sends the last replies, and ends within `patience`
@@ -138,6 +152,6 @@ impl Server {
     pub fn shut_down(self, patience: Duration) -> Engine {
         let until = Instant::now() + patience;
         drop(self.listeners);
-        self.thread.finish(Finish::By(until))
+        self.thread.finish_engine(Finish::By(until))
     }
 }

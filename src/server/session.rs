@@ -58,6 +58,18 @@ impl DefaultView {
             DefaultView::Own => "own",
         }
     }
+
+    /// Returns the sentence of `--explain`.
+    pub fn explanation(&self) -> &'static str {
+        match self {
+            DefaultView::Unset => "none; the stream has set no camera and no light",
+            DefaultView::Framed(_) => {
+                "default: the first mesh framed and lit from the eye, until CLEAR; the stream has set no \
+                 camera and no light"
+            }
+            DefaultView::Own => "the stream's own camera and lights",
+        }
+    }
 }
 
 /// The state of one connection.
@@ -177,6 +189,15 @@ impl Session {
         }
     }
 
+    /// Returns the camera through which a mesh is seen: that of the default view, if a mesh was framed
+    /// by it.
+    pub fn seen_camera(&self) -> Camera {
+        match &self.default_view {
+            DefaultView::Framed(camera) => **camera,
+            DefaultView::Unset | DefaultView::Own => self.camera,
+        }
+    }
+
     /// Returns whether errors are reported to the audience, and not only counted.
     pub fn reports_errors(&self) -> bool {
         match (self.audience, self.error_mode) {
@@ -184,6 +205,12 @@ impl Session {
             (Audience::Connection, Some(mode)) => mode != ErrorMode::Count,
             (Audience::Connection, None) => self.has_used_other_verbs,
         }
+    }
+
+    /// Returns the width and height in pixels of the canvas that commands draw on; `None` if they draw
+    /// on the frame.
+    pub fn canvas_size(&self) -> Option<[u32; 2]> {
+        self.surfaces.target_size()
     }
 
     /// Returns whether the first error ends the connection.

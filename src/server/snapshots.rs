@@ -187,9 +187,15 @@ fn free_name(folder: &Path, stamp: &str) -> Option<String> {
     names.find(|name| fs::symlink_metadata(folder.join(name)).is_err())
 }
 
-/// Formats a time as `YYYYMMDD-HHMMSS` in UTC. Source: Howard Hinnant, "chrono-Compatible Low-Level
-/// Date Algorithms", `civil_from_days`.
+/// Formats a time as `YYYYMMDD-HHMMSS` in UTC.
 fn stamp(time: SystemTime) -> String {
+    let [year, month, day, hour, minute, second] = utc_fields(time);
+    format!("{year:04}{month:02}{day:02}-{hour:02}{minute:02}{second:02}")
+}
+
+/// Returns year (at most 9999), month, day, hour, minute and second of a time in UTC. Source: Howard
+/// Hinnant, "chrono-Compatible Low-Level Date Algorithms", `civil_from_days`.
+pub(crate) fn utc_fields(time: SystemTime) -> [u64; 6] {
     let seconds = time.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
     let (days, second) = (seconds / 86_400, seconds % 86_400);
     // Eras of 400 years begin on 1 March, so that leap days are last.
@@ -202,7 +208,7 @@ fn stamp(time: SystemTime) -> String {
     let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
     let year = year_of_era + era * 400 + u64::from(month <= 2);
     let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
-    format!("{:04}{month:02}{day:02}-{hour:02}{minute:02}{second:02}", year.min(9999))
+    [year.min(9999), month, day, hour, minute, second]
 }
 
 #[cfg(test)]

@@ -42,6 +42,12 @@ impl Surfaces {
         self.target.as_deref() == Some(name)
     }
 
+    /// Returns the width and height of the canvas that commands draw on, if they do.
+    pub fn target_size(&self) -> Option<[u32; 2]> {
+        let canvas = self.canvases.get(self.target.as_ref()?)?;
+        Some([canvas.width(), canvas.height()])
+    }
+
     /// Returns the number of bytes of all canvases.
     pub fn bytes(&self) -> u64 {
         self.canvases.iter().map(|(name, canvas)| NAME_BYTES + name.len() as u64 + canvas.held_bytes()).sum()

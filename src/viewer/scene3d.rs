@@ -56,7 +56,7 @@ pub(super) struct Pass {
     pub near_part: Option<f64>,
 }
 
-/// What a scene is drawn with.
+/// The renderer and memories that a scene is drawn with.
 pub(super) struct Tools<'a> {
     pub renderer: &'a mut Renderer,
     pub pool: &'a Executor,

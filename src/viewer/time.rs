@@ -48,8 +48,7 @@ impl Viewer {
         if self.exact.poll() {
             self.other_of = None;
         }
-        // An exact picture belongs to one moment, so time stops while the difference is shown.
-        if self.is_paused || !self.is_animated() || self.show == Show::Difference {
+        if !self.is_running() {
             return;
         }
         self.passed += by.as_secs_f64() * self.fps;
@@ -59,6 +58,18 @@ impl Viewer {
         // frame lasts, the tour goes slower.
         let most = if matches!(self.subject, Subject::Tour(_)) { MOST_TOUR_FRAMES } else { i64::MAX };
         self.step((frames as i64).min(most));
+    }
+
+    /// Returns whether time passes: an exact picture belongs to one moment, so it stops while the
+    /// difference is shown.
+    fn is_running(&self) -> bool {
+        !self.is_paused && self.is_animated() && self.show != Show::Difference
+    }
+
+    /// Returns the time from the last [`Viewer::advance`] to the next frame, if one is to come by
+    /// itself. Whoever shows the frames sleeps no longer, or frames are left out.
+    pub fn time_to_next_frame(&self) -> Option<Duration> {
+        self.is_running().then(|| Duration::from_secs_f64((1.0 - self.passed).clamp(0.0, 1.0) / self.fps))
     }
 
     /// Moves time by `frames`, forwards or backwards.

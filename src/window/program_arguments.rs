@@ -7,7 +7,7 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-/// What the arguments ask of a program's window.
+/// The settings of a program's window that its arguments ask for.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct ProgramArguments {
     /// Set to open no window.

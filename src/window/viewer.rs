@@ -28,6 +28,9 @@ const VIEWER_TICK: Duration = Duration::from_millis(3);
 /// Time between two checks of the file.
 const WATCH_EVERY: Duration = Duration::from_millis(250);
 
+/// A follower of the pictures.
+type OnPicture<'a> = dyn FnMut(&mut Viewer, bool) -> bool + 'a;
+
 /// Settings of the viewer's window.
 pub struct ViewerOptions<'a> {
     /// Title of the window.
@@ -42,6 +45,8 @@ pub struct ViewerOptions<'a> {
     pub movie: Option<(Movie, f64)>,
     /// Time after which the window closes by itself.
     pub ends_after: Option<Duration>,
+    /// Called with each picture, and whether it is new. Returns whether the window is to close.
+    pub on_picture: Box<OnPicture<'a>>,
     /// Returns the file's new contents if it has changed since the last call, or an error if they
     /// cannot be read.
     pub reload: Box<dyn FnMut() -> Option<Result<Model, String>> + 'a>,
@@ -113,7 +118,7 @@ pub fn run_viewer(viewer: &mut Viewer, options: &mut ViewerOptions<'_>) -> Resul
             Some(words) => drop(window.update_with_buffer(words, size[0], size[1])),
             None => window.update(),
         }
-        let mut quits = false;
+        let mut quits = (options.on_picture)(viewer, is_new);
         for report in reports.borrow_mut().drain(..) {
             let KeyReport::Key(key, is_down) = report else { continue };
             match translate(key).and_then(|key| viewer.key(key, is_down)) {
@@ -138,7 +143,8 @@ pub fn run_viewer(viewer: &mut Viewer, options: &mut ViewerOptions<'_>) -> Resul
         }
         // A picture at rest becomes smoother at once.
         if !viewer.has_more_to_smooth() {
-            std::thread::sleep(VIEWER_TICK);
+            let to_frame = viewer.time_to_next_frame().map(|time| time.saturating_sub(last.elapsed()));
+            std::thread::sleep(to_frame.map_or(VIEWER_TICK, |time| time.min(VIEWER_TICK)));
         }
     }
     Ok(())

@@ -2,14 +2,18 @@
 //! the layers of the sources.
 
 mod api;
+mod batch;
+mod claims;
 mod demos;
 mod docs;
 mod draw;
+mod explain;
 mod formats;
 mod functions;
 mod layers;
 mod movie;
 mod play;
+mod playground;
 mod report;
 #[path = "../support/tools.rs"]
 mod tools;

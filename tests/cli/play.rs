@@ -24,7 +24,7 @@ pub fn run(arguments: &[&str], input: &[u8]) -> Output {
     output
 }
 
-fn out(output: &Output) -> &str {
+pub fn out(output: &Output) -> &str {
     std::str::from_utf8(&output.stdout).unwrap()
 }
 

@@ -16,3 +16,15 @@ pub fn check_block(path: &str, [begin, end]: [&str; 2], wanted: &str) {
     let difference = found.lines().zip(wanted.lines()).find(|(a, b)| a != b);
     assert!(found == wanted, "{path} is not what the verb table says: {difference:?}; BLESS=1 rewrites it");
 }
+
+/// Checks that a file has the bytes of another. With BLESS=1 it is rewritten, and the test fails
+/// once more.
+pub fn check_copy(original: &str, copy: &str) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let wanted = fs::read(root.join(original)).unwrap_or_else(|e| panic!("{original}: {e}"));
+    let found = fs::read(root.join(copy)).unwrap_or_default();
+    if found != wanted && std::env::var_os("BLESS").is_some() {
+        fs::write(root.join(copy), &wanted).expect("the file can be written");
+    }
+    assert!(found == wanted, "{copy} is not {original}; BLESS=1 copies it");
+}

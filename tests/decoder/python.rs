@@ -1,10 +1,12 @@
 //! Verifies that the Python client has the methods of the verb table, one a verb.
 
-use crate::generated::check_block;
+use crate::generated::{check_block, check_copy};
 use fbptr::command::{Encoding, Parameter, ParameterKind, Payload, Reply, Verb};
 use std::fmt::Write;
 
 const CLIENT: &str = "clients/python/fbptr.py";
+/// The same file in the Python package; a link would not survive every checkout.
+const IN_PACKAGE: &str = "python/fbptr/client.py";
 const MARKS: [&str; 2] = [
     "    # Made from the verb table: BLESS=1 cargo test --test decoder python\n",
     "    # The end of what is made from the verb table\n",
@@ -168,4 +170,9 @@ fn methods() -> String {
 #[test]
 fn the_clients_methods_are_those_of_the_table() {
     check_block(CLIENT, MARKS, &methods());
+}
+
+#[test]
+fn the_packages_client_is_the_single_file() {
+    check_copy(CLIENT, IN_PACKAGE);
 }

@@ -180,6 +180,6 @@ fn an_in_process_client_presents_and_hears_of_its_errors() {
     assert_eq!((fault.code.as_str(), fault.token.as_deref()), ("ENOENT", Some("nothing")));
     assert_eq!(client.sync(), Ok(()));
     drop(client);
-    let engine = thread.finish(Finish::WhenAllEnded);
+    let engine = thread.finish_engine(Finish::WhenAllEnded);
     assert_eq!(engine.totals().errors, 2);
 }

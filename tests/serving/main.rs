@@ -26,3 +26,5 @@ mod support;
 mod tools;
 mod trust;
 mod vnc;
+#[cfg(feature = "web")]
+mod web;

@@ -1,31 +1,8 @@
 //! Fullscreen display: on over the whole screen and off again, with the server's addresses and
 //! rates as an overlay.
 
-use crate::screen::{Folder, Guard, Screen, wait_for};
-use std::io::{BufRead, BufReader};
-use std::process::{Command, Stdio};
-
-/// Starts a server with a window; returns it and the address that it listens on.
-fn serve(screen: &Screen, more: &[&str]) -> (Guard, String) {
-    let mut server = Guard(
-        Command::new(env!("CARGO_BIN_EXE_fbptr"))
-            .args(["serve", "--listen", ":0", "--size", "320x200"])
-            .args(more)
-            .env("DISPLAY", &screen.display)
-            .env_remove("WAYLAND_DISPLAY")
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("the server starts"),
-    );
-    let mut says = BufReader::new(server.0.stderr.take().expect("piped"));
-    let mut line = String::new();
-    says.read_line(&mut line).expect("the server tells its address");
-    // Later messages need a reader, or the server would block.
-    std::thread::spawn(move || {
-        says.lines().map_while(Result::ok).for_each(|line| eprintln!("server: {line}"))
-    });
-    (server, line.trim_end().rsplit(' ').next().expect("an address").to_owned())
-}
+use crate::screen::{Folder, Screen, wait_for};
+use crate::serve::serve;
 
 fn whole_screen(screen: &Screen) -> [usize; 4] {
     let size = screen.xdotool(&["getdisplaygeometry"]);

@@ -11,6 +11,7 @@ mod program;
 #[cfg(target_os = "linux")]
 mod run;
 mod screen;
+mod serve;
 #[path = "../support/tools.rs"]
 mod tools;
 mod view;

@@ -228,7 +228,7 @@ pub fn replay(case: &Case, recording: &SharedBuffer) -> (Frame, Vec<Notice>) {
     let (input, sink) = (Cursor::new(recording.bytes()), Box::new(io::sink()));
     let player = Player::start(&thread, Box::new(input), sink, EndOfInput::File, notify).expect("a thread");
     player.wait();
-    let engine = thread.finish(Finish::WhenAllEnded);
+    let engine = thread.finish_engine(Finish::WhenAllEnded);
     let notices = std::mem::take(&mut *notices.lock().unwrap_or_else(PoisonError::into_inner));
     (Frame::of(&engine), notices)
 }

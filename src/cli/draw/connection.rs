@@ -13,7 +13,7 @@ pub(super) struct Connection {
     syncs: u64,
 }
 
-/// What the server said to commands.
+/// The server's answers to commands.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct Answers {
     /// Lines to show: replies, warnings and errors in order, without the errors' places.

@@ -1,4 +1,4 @@
-//! What was drawn at the prompt: the commands so far, which can be taken back and saved.
+//! The drawing made at the prompt: the commands so far, which can be taken back and saved.
 //!
 //! The picture is always that of the commands listed, in order: `undo` draws all but the last ones
 //! again, on a new connection and a cleared frame. A test compares it with the saved stream, played

@@ -7,7 +7,7 @@ use crate::save;
 use clap::Args;
 use std::path::PathBuf;
 
-/// What to measure.
+/// Options of `eye --bench`.
 #[derive(Debug, Args)]
 pub(super) struct Bench {
     /// Print a table of speed against error: fans of rays against the exact fibre
@@ -25,7 +25,7 @@ impl Bench {
     pub fn run(&self) -> Status {
         let effort = if self.quick { Effort::QUICK } else { Effort::FULL };
         let sections = experiments().into_iter().filter(|e| matches!(e.id, "fan" | "eye"));
-        let sections = sections.map(|experiment| Section { experiment, rows: (experiment.rows)(&effort) });
+        let sections = sections.map(|experiment| Section::of(experiment, &effort));
         let sections = sections.collect();
         let scaling = scaling_studies().into_iter().filter(|g| g.id == "facets");
         let scaling = scaling.flat_map(|study| (study.run)(&effort)).collect();

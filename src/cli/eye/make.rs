@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use glam::DVec3;
 use std::path::PathBuf;
 
-/// What to make.
+/// Options of `eye --make`.
 #[derive(Debug, Args)]
 pub(super) struct Make {
     /// Print a scene around this shape

@@ -13,7 +13,7 @@ pub enum After {
     Time(Duration),
     /// At this frame of those that differ from the one before, from 1.
     Frames(u64),
-    /// When its picture has not changed for so long, from its first change on.
+    /// The end of the first span of this length in which its picture did not change, from its first change on.
     Still(Duration),
 }
 

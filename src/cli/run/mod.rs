@@ -24,6 +24,7 @@ mod told;
 
 use super::args::crt::CrtArgs;
 use super::movie::MovieArgs;
+use super::web::WebArgs;
 use super::{FrameSize, Status, say_as_program};
 use clap::Args;
 use std::ffi::OsString;
@@ -78,12 +79,14 @@ pub struct Run {
     /// loopback
     #[arg(long, value_name = "ADDR")]
     serve: Vec<String>,
-    /// Let --serve take addresses that other machines reach
+    /// Let --serve and --web take addresses that other machines reach
     #[arg(long)]
     allow_remote: bool,
     /// Say which requests of the program the device does not have
     #[arg(long)]
     verbose: bool,
+    #[command(flatten)]
+    web: WebArgs,
     #[command(flatten)]
     crt: CrtArgs,
     #[command(flatten)]

@@ -84,7 +84,10 @@ pub fn run(args: &Run) -> Result<Status, Refusal> {
     let device =
         Device::new(&DeviceOptions { size: (width, height), format, hz: args.hz }).map_err(no_device)?;
     let outlets = outlets(args, &mut engine).map_err(refuse)?;
+    let mut web = args.web.prepare(args.allow_remote).map_err(refuse)?;
+    web.iter_mut().for_each(|web| web.attach(&mut engine));
     let server = serve(args, engine).map_err(refuse)?;
+    let _page = web.map(|web| web.serve(&server)).transpose().map_err(refuse)?;
     let terminal = Terminal::open((width, height)).map_err(|e| refuse(format!("no terminal: {e}")))?;
     device.set_terminal(terminal.number());
     let console = terminal.path().to_owned();

@@ -1,4 +1,4 @@
-//! What programs did in vain, in lines for the user.
+//! Lines for the user about requests of programs that were refused.
 
 use super::super::say_as_program;
 use crate::fbdev::Device;
@@ -7,7 +7,7 @@ use std::collections::HashSet;
 /// Most programs without the device that are told.
 const PROGRAMS: usize = 64;
 
-/// What has been told.
+/// The refusals told so far.
 #[derive(Debug, Default)]
 pub struct Told {
     /// Number of refused requests.

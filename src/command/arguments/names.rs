@@ -18,6 +18,28 @@ fn check_name(name: &str) -> Result<(), Fault> {
     }
 }
 
+/// The reserved name of the frame among canvases.
+const FRAME: &str = "FRAME";
+
+/// Appends a name, or the keyword that stands for none; a name that reads as the keyword has no text.
+fn write_name_or(
+    keyword: &str,
+    name: Option<&str>,
+    refused: &'static str,
+    line: &mut LineWriter<'_>,
+) -> Result<(), EncodeError> {
+    match name {
+        Some(name) if name.eq_ignore_ascii_case(keyword) => return line.no_text(refused),
+        name => line.word(name.unwrap_or(keyword)),
+    }
+    Ok(())
+}
+
+/// Reads a name, `None` for the keyword.
+fn read_name_or(keyword: &str, args: &mut Args<'_>) -> Result<Option<String>, ParseError> {
+    Ok(if args.take_keyword(keyword) { None } else { Some(args.name()?) })
+}
+
 impl Argument for String {
     type Value = String;
     const KIND: ParameterKind = ParameterKind::Name;
@@ -48,22 +70,17 @@ impl Argument for TextureName {
     const WORDS: Arity = Arity::ONE;
 
     fn check_names(name: &Option<String>) -> Result<(), Fault> {
-        name.iter().try_for_each(|name| check_name(name))
+        name.as_ref().map_or(Ok(()), String::check_names)
     }
 
     fn write(name: &Option<String>, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
-        match name {
-            Some(name) if name.eq_ignore_ascii_case("off") => return line.no_text("a texture called OFF"),
-            Some(name) => line.word(name),
-            None => line.word("OFF"),
-        }
-        Ok(())
+        write_name_or("OFF", name.as_deref(), "a texture called OFF", line)
     }
 }
 
 impl TextArgument for TextureName {
     fn read(args: &mut Args<'_>) -> Result<Option<String>, ParseError> {
-        Ok(if args.take_keyword("off") { None } else { Some(args.name()?) })
+        read_name_or("off", args)
     }
 }
 
@@ -76,19 +93,18 @@ impl Argument for CanvasName {
     const WORDS: Arity = Arity::ONE;
 
     fn check_sizes(name: &String) -> Result<(), Fault> {
-        match is_frame(name) {
+        match name.eq_ignore_ascii_case(FRAME) {
             true => Err(Fault::new(Code::Args, "FRAME is the frame, and no canvas").got(name.clone())),
             false => Ok(()),
         }
     }
 
     fn check_names(name: &String) -> Result<(), Fault> {
-        check_name(name)
+        String::check_names(name)
     }
 
     fn write(name: &String, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
-        line.word(name);
-        Ok(())
+        String::write(name, line)
     }
 }
 
@@ -107,28 +123,18 @@ impl Argument for TargetName {
     const WORDS: Arity = Arity::ONE;
 
     fn check_names(name: &Option<String>) -> Result<(), Fault> {
-        name.iter().try_for_each(|name| check_name(name))
+        name.as_ref().map_or(Ok(()), String::check_names)
     }
 
     fn write(name: &Option<String>, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
-        match name {
-            Some(name) if is_frame(name) => return line.no_text("a canvas called FRAME"),
-            Some(name) => line.word(name),
-            None => line.word("FRAME"),
-        }
-        Ok(())
+        write_name_or(FRAME, name.as_deref(), "a canvas called FRAME", line)
     }
 }
 
 impl TextArgument for TargetName {
     fn read(args: &mut Args<'_>) -> Result<Option<String>, ParseError> {
-        Ok(if args.take_keyword("frame") { None } else { Some(args.name()?) })
+        read_name_or(FRAME, args)
     }
-}
-
-/// Returns whether a name stands for the frame.
-fn is_frame(name: &str) -> bool {
-    name.eq_ignore_ascii_case("frame")
 }
 
 impl Argument for SnapTarget {

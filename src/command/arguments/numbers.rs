@@ -58,12 +58,11 @@ impl Argument for Angle {
     const WORDS: Arity = Arity::ONE;
 
     fn check_numbers(value: &f64) -> Result<(), Fault> {
-        finite(&[*value])
+        f64::check_numbers(value)
     }
 
     fn write(value: &f64, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
-        line.reals(&[*value]);
-        Ok(())
+        f64::write(value, line)
     }
 }
 

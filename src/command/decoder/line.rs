@@ -141,7 +141,7 @@ impl PayloadLength {
 }
 
 /// Parses a text command's arguments, after a check of their number against the table.
-fn read_command(
+pub(super) fn read_command(
     verb: &'static Verb,
     parse: Parse<Command>,
     rest: &[u8],

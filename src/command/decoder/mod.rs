@@ -19,6 +19,7 @@ mod asks;
 mod framing;
 mod line;
 mod payload;
+mod single;
 #[cfg(test)]
 mod tests;
 

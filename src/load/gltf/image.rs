@@ -30,7 +30,7 @@ pub(super) enum AlphaUse {
 pub(super) struct MadeTexture {
     pub(super) texture: Arc<Texture>,
     pub(super) sampling: Sampling,
-    /// Whether coordinates along u and v are halved.
+    /// Set for u and for v if their coordinates are halved.
     pub(super) is_mirrored: [bool; 2],
 }
 

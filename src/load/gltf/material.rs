@@ -35,7 +35,7 @@ pub(super) struct Surface {
     pub(super) texcoord: u64,
     pub(super) transform: TextureTransform,
     pub(super) is_double_sided: bool,
-    /// Whether alpha of vertices counts.
+    /// Set if alpha of vertices counts.
     pub(super) blends: bool,
     /// Set if nothing of it can be seen (MASK).
     pub(super) is_invisible: bool,

@@ -53,7 +53,7 @@ pub(super) fn mesh(elements: Elements) -> Result<Mesh, (usize, LoadErrorKind)> {
 struct Builder {
     mesh: Mesh,
     sizes: PolygonSizes,
-    /// Whether vertices have normals, texture coordinates and colours.
+    /// Presence of normals, texture coordinates and colours at vertices.
     has: [bool; 3],
     /// Corners of the polygon that is being added.
     corners: Vec<Corner>,

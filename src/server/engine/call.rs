@@ -37,7 +37,7 @@ impl DerefMut for Call<'_> {
     }
 }
 
-/// What a verb's function may return.
+/// A return type of a verb's function.
 pub(super) trait Outcome {
     /// Returns it as progress.
     fn outcome(self) -> Result<Progress, Fault>;

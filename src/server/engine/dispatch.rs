@@ -63,7 +63,10 @@ impl Engine {
         self.send(&Event::Received(&request));
         let request = match request {
             Request::Command(command) if self.may_suspend && self.is_long(session, &command) => {
-                return Ok(Progress::Pieces(Box::new(self.begin_in_pieces(session, command))));
+                match self.begin_in_pieces(session, command) {
+                    Ok(pieces) => return Ok(Progress::Pieces(Box::new(pieces))),
+                    Err(command) => Request::Command(command),
+                }
             }
             request => request,
         };

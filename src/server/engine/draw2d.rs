@@ -252,6 +252,7 @@ impl Engine {
             false => self.rendering.renderer.clear(memory, color),
         }
         self.framebuffer.end_clear(s);
+        self.clear_draw_log(s);
     }
 
     /// Refuses a reply that is too long, or reserves memory for it until it is queued.

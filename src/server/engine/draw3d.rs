@@ -142,20 +142,20 @@ impl Engine {
         Ok(())
     }
 
-    /// Runs `DRAW`. Under `QUALITY max-error` it uses the settings that were found before, or
-    /// returns the job that searches them.
+    /// Runs `DRAW`. Under `QUALITY max-error` it uses the settings chosen for its state, or returns
+    /// the job that tries others out.
     pub(super) fn draw(&mut self, s: &mut Session, name: String) -> Result<Progress, Fault> {
         self.draw_mesh(s, name, None)
     }
 
-    /// Draws a mesh, after the search for its settings if there was one.
+    /// Draws a mesh, after the trial of its settings if there was one.
     fn draw_mesh(&mut self, s: &mut Session, name: String, found: Option<Found>) -> Result<Progress, Fault> {
-        let searched = found.map(|found| self.note_found(found));
+        let tried = found.map(|found| self.note_found(found));
         let mut geometry = self.mesh(s, &name)?;
         let has_textures = self.rendering.view_overrides.textures == TextureUse::AsGiven;
         if !has_textures && geometry.textures.iter().any(Option::is_some) {
-            geometry = match searched {
-                // The searched copy is drawn: the cache identifies geometries by address and would
+            geometry = match tried {
+                // The copy that was tried out is drawn: the cache identifies geometries by address and would
                 // not match a second copy.
                 Some(request) => request.geometry(),
                 None => Arc::new(geometry.without_textures()),
@@ -200,25 +200,24 @@ impl Engine {
             let call = draw.call();
             let mut request =
                 QualityRequest::of_draw(self, &call, &draw.geometry, draw.texture.as_ref(), max_error);
-            let Some(choice) = self.cached_choice(&request) else {
+            if let Some(so_far) = self.settle(&mut request) {
                 let (command, name) = (Command::Draw { name: draw.name.clone() }, draw.name);
-                return self
-                    .search_job(command, request, move |e, s, found| e.draw_mesh(s, name, Some(found)));
-            };
-            request.apply(&choice);
+                let then = move |e: &mut Engine, s: &mut Session, found| e.draw_mesh(s, name, Some(found));
+                return self.trial_job(command, request, so_far, then);
+            }
             let cheaper = request.cheaper_draw(&call);
             draw.lights = cheaper.lights;
-            (draw.shade, draw.sampling, draw.interp) = (cheaper.shade, cheaper.sampling, cheaper.interp);
+            (draw.shade, draw.sampling) = (cheaper.shade, cheaper.sampling);
         }
         self.run_drawing(s, Drawing::Mesh(Box::new(draw)))
     }
 
-    /// Runs `DRAWSCENE`, with the search of [`Engine::draw`].
+    /// Runs `DRAWSCENE`, with the choice of [`Engine::draw`].
     pub(super) fn draw_scene(&mut self, s: &mut Session, time: f64, sorted: bool) -> Result<Progress, Fault> {
         self.draw_made_scene(s, time, sorted, None)
     }
 
-    /// Draws the scene, with the part of it that a job has made. The searched scene itself is drawn:
+    /// Draws the scene, with the part of it that a job has made. The scene that was tried out is drawn itself:
     /// the moving parts of a scene are created anew for each time, so the cache would not match a
     /// second copy.
     fn draw_made_scene(
@@ -238,7 +237,7 @@ impl Engine {
         let bytes = document.scene_bytes();
         let held = self.with_room(|engine| engine.quotas.budget.try_reserve(MemoryUse::Draws, bytes))?;
         let mut scene = match made {
-            Some(MadeScene::Searched(found)) => self.note_found(*found).scene,
+            Some(MadeScene::TriedOut(found)) => self.note_found(*found).scene,
             Some(MadeScene::Built(scene)) => *scene,
             None => {
                 let request = SceneRequest::of(s, document, time, viewport, self.rendering.view_overrides);
@@ -262,14 +261,13 @@ impl Engine {
             (s.quality, self.rendering.view_overrides.quality)
         {
             let mut request = QualityRequest::of_scene(self, scene, options, BudgetKind::Scene, max_error);
-            let Some(choice) = self.cached_choice(&request) else {
+            if let Some(so_far) = self.settle(&mut request) {
                 let command = Command::DrawScene { time, sorted };
                 let then = move |e: &mut Engine, s: &mut Session, found| {
-                    e.draw_made_scene(s, time, sorted, Some(MadeScene::Searched(Box::new(found))))
+                    e.draw_made_scene(s, time, sorted, Some(MadeScene::TriedOut(Box::new(found))))
                 };
-                return self.search_job(command, request, then);
-            };
-            request.apply(&choice);
+                return self.trial_job(command, request, so_far, then);
+            }
             (scene, options) = (request.scene, request.options);
         }
         self.run_drawing(s, Drawing::Scene(Box::new(SceneDraw { scene, options, time, sorted, _held: held })))
@@ -278,6 +276,7 @@ impl Engine {
     /// Runs a draw, or hands it to the drawing thread if it may take long.
     fn run_drawing(&mut self, s: &mut Session, drawing: Drawing) -> Result<Progress, Fault> {
         self.with_room(|engine| engine.framebuffer.reserve_target(drawing.hide()))?;
+        self.explain_drawing(s, &drawing);
         let drawing = match self.may_suspend && drawing.is_long(self.framebuffer.area()) {
             true => match self.begin_draw_in_pieces(drawing) {
                 Ok(pieces) => return Ok(Progress::Pieces(Box::new(pieces))),
@@ -291,6 +290,7 @@ impl Engine {
             self.check_abandoned(drawing.verb())?;
         }
         self.end_drawing(s, &drawing, result)?;
+        self.log_draw(s, drawing);
         Ok(Progress::Done(Effect::Done))
     }
 
@@ -304,15 +304,10 @@ impl Engine {
         self.framebuffer.count_target();
         let stats = result?;
         let frame = [self.framebuffer.width(), self.framebuffer.height()];
+        self.follow_drawing(drawing);
         let empty = match drawing {
-            Drawing::Mesh(draw) => {
-                self.follow_draw(&draw.call(), &draw.name);
-                EmptyDraw::of_call(&stats, &draw.call(), frame, draw.is_dark)
-            }
-            Drawing::Scene(draw) => {
-                self.follow_scene(&draw.scene, &draw.options);
-                EmptyDraw::of_scene(&stats, &draw.scene, &draw.options, frame)
-            }
+            Drawing::Mesh(draw) => EmptyDraw::of_call(&stats, &draw.call(), frame, draw.is_dark),
+            Drawing::Scene(draw) => EmptyDraw::of_scene(&stats, &draw.scene, &draw.options, frame),
         };
         self.note_draw(s, &stats);
         empty_draw::note(s, empty);

@@ -25,13 +25,16 @@ mod default_view;
 mod dispatch;
 mod draw2d;
 mod draw3d;
+mod draw_log;
 mod drawing;
 mod empty_draw;
 #[cfg(test)]
 mod example;
+mod explain;
 mod files;
 mod frame_source;
 mod job;
+#[cfg_attr(not(feature = "server"), path = "no_long_draw.rs")]
 mod long_draw;
 mod observer;
 mod observers;
@@ -54,6 +57,7 @@ use super::{Limits, Session, Stats};
 use crate::cancel::CancelToken;
 use crate::draw2d::Blend;
 use crate::error::{Code, Fault};
+use crate::eye::Rotation;
 use crate::load::{QuotaDir, SandboxDir};
 use crate::memory::{DepthMemory, MemoryBudget, MemoryUse, OverBudget, Rgba, VideoMemory};
 use crate::pipeline::Renderer;
@@ -63,6 +67,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use call::{Call, Outcome};
+use draw_log::DrawLog;
 pub(in crate::server) use files::FileReader;
 pub(in crate::server) use job::{Job, JobResult};
 use long_draw::DrawThread;
@@ -147,11 +152,16 @@ struct Rendering {
     /// Cached choices of `QUALITY max-error`.
     choices: ChoiceCache,
     view_overrides: ViewOverrides,
+    /// Turns of the eye in N-dimensional scenes, beyond their own.
+    eye_turns: Arc<[Rotation]>,
     /// The thread of long draws, once one was needed.
     draw_thread: Option<DrawThread>,
     /// Summary of the last draw, in words without blanks.
     plan: String,
     tracing: Option<trace::Tracing>,
+    explaining: Option<explain::Explaining>,
+    /// The draws since the last `CLEAR`, if they are logged.
+    draw_log: Option<DrawLog>,
     /// Verb of the draw that was abandoned, if one was.
     abandoned: Option<&'static str>,
 }
@@ -211,9 +221,12 @@ impl Engine {
                 renderer,
                 choices: ChoiceCache::default(),
                 view_overrides: ViewOverrides::default(),
+                eye_turns: Arc::default(),
                 draw_thread: None,
                 plan: String::from("-"),
                 tracing: None,
+                explaining: None,
+                draw_log: None,
                 abandoned: None,
             },
             resources: Resources::default(),
@@ -234,6 +247,12 @@ impl Engine {
     /// Applies `view_overrides` to all later 3-D draws, whatever their commands say.
     pub fn set_view_overrides(&mut self, view_overrides: ViewOverrides) {
         self.rendering.view_overrides = view_overrides;
+    }
+
+    /// Turns the eye of all N-dimensional scenes that are made later, about the middle of their
+    /// facets. Turns in planes that a scene does not have are left out.
+    pub fn set_eye_turns(&mut self, turns: &[Rotation]) {
+        self.rendering.eye_turns = turns.into();
     }
 
     /// Sets the renderer of 3-D draws. The default one uses the calling thread only.
@@ -318,6 +337,11 @@ impl Engine {
         self.resources.load_dir = Some(folder);
     }
 
+    /// Replaces the folder from which LOAD may read files, and returns the earlier one.
+    pub fn replace_load_dir(&mut self, folder: Option<SandboxDir>) -> Option<SandboxDir> {
+        std::mem::replace(&mut self.resources.load_dir, folder)
+    }
+
     /// Counts a copy of the frame that exists as long as the server. It is not refused if memory is
     /// short, because whoever runs the server asked for it.
     pub(in crate::server) fn count_frame_copy(&mut self) {
@@ -332,6 +356,19 @@ impl Engine {
     /// Returns the video memory.
     pub fn memory(&self) -> &VideoMemory {
         &self.framebuffer.memory
+    }
+
+    /// Returns the video memory, and ends the engine with its observers.
+    pub fn into_memory(mut self) -> VideoMemory {
+        self.end();
+        self.observers.clear();
+        std::mem::replace(&mut self.framebuffer.memory, VideoMemory::vacant())
+    }
+
+    /// Returns the video memory for writing, to the program that owns the engine. Observers are not
+    /// told what it writes.
+    pub fn memory_mut(&mut self) -> &mut VideoMemory {
+        &mut self.framebuffer.memory
     }
 
     /// Returns the depth buffer, if any draw has needed one.

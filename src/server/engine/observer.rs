@@ -10,11 +10,11 @@ use super::request::Request;
 use super::status::OutputStatus;
 use crate::draw2d::Blend;
 use crate::memory::{DepthMemory, MemoryBudget, VideoMemory};
+use crate::server::clock::Instant;
 use crate::server::read_files::ReadFile;
 use std::any::Any;
 use std::fmt::Debug;
 use std::ops::Range;
-use std::time::Instant;
 
 /// Something that follows what an engine does.
 pub trait Observer: Any + Debug + Send {
@@ -133,7 +133,7 @@ pub enum Event<'a> {
 /// Moment at which an observer may take in pixels.
 #[derive(Clone, Copy, Debug)]
 pub enum Occasion {
-    /// When it was attached.
+    /// The moment of its attachment.
     Attached,
     /// Before a slice.
     Slice(Instant),

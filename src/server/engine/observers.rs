@@ -8,10 +8,10 @@ use super::observer::{Event, FrameView, Observer, Occasion, PixelRuns};
 use super::{Counters, Engine, EngineFrame, Request};
 use crate::command::Command;
 use crate::server::Session;
+use crate::server::clock::Instant;
 use crate::server::read_files::ReadFile;
 use std::any::Any;
 use std::ops::Range;
-use std::time::Instant;
 
 impl<'a> FrameView<'a> {
     fn of(framebuffer: &'a EngineFrame, counters: &Counters) -> Self {

@@ -1,16 +1,16 @@
-//! `QUALITY max-error`: finds the cheapest settings of a draw that stay within the error asked for.
+//! `QUALITY max-error`: cheaper settings of a draw that stay within the error asked for.
 //!
-//! In: a draw and its largest error. Out: a cached choice, or a job that searches one; the draw
-//! then runs with the chosen settings.
+//! In: a draw and its largest error. Out: a choice, or a job that tries one out for a state that is
+//! drawn again and again; the draw then runs with the chosen settings.
 
 use super::job::{Job, JobResult};
 use super::{Engine, Progress};
 use crate::command::Command;
 use crate::error::Fault;
 use crate::memory::{DepthFormat, MemoryUse};
-use crate::pipeline::quality::{self, Budget, BudgetKind, Choice};
+use crate::pipeline::quality::{self, Budget, BudgetKind, Choice, Search};
 use crate::pipeline::{DrawCall, RenderOptions, Renderer, SceneOptions};
-use crate::scene::{Geometry, Interpolation, Light, Object, Sampling, Scene, ShadeMode, Texture};
+use crate::scene::{Geometry, Light, Object, Sampling, Scene, ShadeMode, Texture};
 use crate::server::Session;
 use std::sync::Arc;
 
@@ -18,7 +18,6 @@ use std::sync::Arc;
 pub(super) struct CheaperDraw {
     pub shade: ShadeMode,
     pub sampling: Sampling,
-    pub interp: Interpolation,
     pub lights: Vec<Light>,
 }
 
@@ -33,7 +32,7 @@ pub(super) struct QualityRequest {
     pub max_error: f64,
 }
 
-/// Result of a search.
+/// Result of a trial.
 pub(super) struct Found {
     pub request: QualityRequest,
     choice: Choice,
@@ -111,19 +110,13 @@ impl QualityRequest {
         Arc::clone(&self.scene.objects[0].geometry)
     }
 
-    /// Changes the scene and its options to the chosen settings.
-    pub fn apply(&mut self, choice: &Choice) {
-        choice.apply(&mut self.scene, &mut self.options);
-    }
-
     /// Returns the settings of the only object of [`QualityRequest::of_draw`], after
-    /// [`QualityRequest::apply`].
+    /// [`Engine::settle`].
     pub fn cheaper_draw(&self, call: &DrawCall) -> CheaperDraw {
         let (QualityRequest { scene, options, .. }, object) = (self, &self.scene.objects[0]);
         CheaperDraw {
             shade: object.shade.unwrap_or(options.shade),
             sampling: object.texture.as_ref().map_or(call.sampling, |t| t.1),
-            interp: options.interp,
             lights: match &object.lights {
                 Some(lights) => lights.iter().map(|i| scene.lights[*i as usize]).collect(),
                 None => scene.lights.clone(),
@@ -133,39 +126,47 @@ impl QualityRequest {
 }
 
 impl Engine {
-    /// Caches the result of a search, and returns its request.
+    /// Keeps the result of a trial, and returns its request.
     pub(super) fn note_found(&mut self, found: Found) -> QualityRequest {
-        self.rendering.choices.insert(&found.request.budget(), found.choice);
+        self.rendering.choices.replace(&found.request.budget(), found.choice);
         found.request
     }
 
-    /// Returns the cached choice for a request, if there is one.
-    pub(super) fn cached_choice(&mut self, request: &QualityRequest) -> Option<Choice> {
-        self.rendering.choices.get(&request.budget())
+    /// Counts the draw, and applies its choice to the request; returns the choice so far if the
+    /// state is to be tried out.
+    pub(super) fn settle(&mut self, request: &mut QualityRequest) -> Option<Choice> {
+        match self.rendering.choices.look_up(&request.budget()) {
+            Search::Use(choice) => {
+                choice.apply(&mut request.scene);
+                None
+            }
+            Search::TryOut(choice) => Some(choice),
+        }
     }
 
-    /// Creates the job that searches; `then` continues the command on the render thread.
+    /// Creates the job that tries cheaper settings out; `then` continues the command on the render
+    /// thread.
     ///
     /// The job has a renderer of its own. It may use the thread pool only if no other connection
     /// could need it.
-    pub(super) fn search_job(
+    pub(super) fn trial_job(
         &self,
         command: Command,
         request: QualityRequest,
+        so_far: Choice,
         then: impl FnOnce(&mut Engine, &mut Session, Found) -> Result<Progress, Fault> + Send + 'static,
     ) -> Result<Progress, Fault> {
         let options = self.rendering.renderer.options();
         let pool = options.pool.clone().filter(|_| self.counters.connections <= 1);
         let options = RenderOptions { pool, ..options.clone() };
-        let is_small = request.max_error < 1.0;
         let [width, height] = request.size;
-        let bytes = if is_small { 0 } else { quality::search_bytes(&request.scene, width, height) };
+        let bytes = quality::trial_bytes(&request.scene, width, height);
         let (held, memory) =
             (self.quotas.budget.try_reserve(MemoryUse::Draws, bytes)?, self.quotas.budget.clone());
-        Ok(Progress::Job(Job::new(is_small, move |cancel| {
+        Ok(Progress::Job(Job::new(false, move |cancel| {
             let mut renderer = Renderer::new(RenderOptions { cancel: cancel.clone(), ..options });
             renderer.set_budget(&memory);
-            let choice = quality::choose(&mut renderer, &request.budget());
+            let choice = quality::try_out(&mut renderer, &request.budget(), so_far);
             let effect = choice.map(|choice| {
                 let found = Found { request, choice };
                 move |engine: &mut Engine, s: &mut Session, _: &mut Vec<u8>| then(engine, s, found)
@@ -197,25 +198,25 @@ mod tests {
     }
 
     #[test]
-    fn a_stream_that_draws_the_same_again_searches_once() {
-        let mut engine = Engine::new(32, 24).unwrap();
+    fn a_state_that_is_drawn_again_and_again_is_tried_out_once() {
+        let mut engine = Engine::new(96, 72).unwrap();
         let mut session = Session::new(1, Audience::Owner);
-        let mut searches = |engine: &mut Engine, text: &str| {
+        let mut trials = |engine: &mut Engine, text: &str| {
             let mut decoder = Decoder::new(Default::default());
             let mut sink = Runs(engine, &mut session);
             let _ = decoder.feed(text.as_bytes(), &mut sink);
             let _ = decoder.finish(EndOfInput::Stream, &mut sink);
-            engine.rendering.choices.searches()
+            engine.rendering.choices.trials()
         };
-        let scene = "LIGHT 0 DIR 0 0 -1 1 1 1\nMESH m SPHERE 1\nQUALITY max-error 4\nDRAW m\n";
-        assert_eq!(searches(&mut engine, scene), 1);
+        let scene = "LIGHT 0 DIR 0 0 -1 1 1 1\nMESH m SPHERE 1\nQUALITY max-error 40\nDRAW m\n";
+        assert_eq!(trials(&mut engine, scene), 0);
+        assert_eq!(trials(&mut engine, &"DRAW m\n".repeat(98)), 0);
+        assert_eq!(trials(&mut engine, "DRAW m\n"), 1);
         let frame = engine.framebuffer.memory.bytes().to_vec();
-        assert_eq!(searches(&mut engine, "CLEAR 000000\nDRAW m\n"), 1);
+        assert_eq!(trials(&mut engine, &"CLEAR 000000\nDRAW m\n".repeat(101)), 1);
         assert_eq!(engine.framebuffer.memory.bytes(), frame);
-        assert_eq!(searches(&mut engine, "TRANSLATE 0.5 0 0\nDRAW m\n"), 2);
-        assert_eq!(searches(&mut engine, "IDENTITY\nDRAW m\n"), 2);
-        assert_eq!(searches(&mut engine, "QUALITY max-error 9\nDRAW m\n"), 3);
-        assert_eq!(searches(&mut engine, "MESH m SPHERE 1\nDRAW m\n"), 4);
-        assert_eq!(searches(&mut engine, "QUALITY exact\nDRAW m\n"), 4);
+        let others = "TRANSLATE 0.01 0 0\nDRAW m\n".repeat(150);
+        assert_eq!(trials(&mut engine, &others), 1);
+        assert_eq!(trials(&mut engine, &format!("QUALITY exact\n{}", "DRAW m\n".repeat(150))), 1);
     }
 }

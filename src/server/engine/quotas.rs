@@ -7,7 +7,8 @@ use crate::command::PayloadPool;
 use crate::error::{Code, Fault};
 use crate::memory::{MemoryBudget, MemoryUse, Reservation};
 use crate::server::Limits;
-use std::time::{Duration, Instant};
+use crate::server::clock::Instant;
+use std::time::Duration;
 
 /// Reply bytes that are always allowed for a connection that reads its replies.
 const REPLY_BYTES: usize = 16 << 10;

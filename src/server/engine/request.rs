@@ -8,7 +8,7 @@ use crate::command::{BINARY_PIXEL_BYTES, Command, Rect};
 use crate::draw2d::Line;
 use crate::memory::Rgba;
 
-/// What a connection asks the engine to do at once.
+/// A connection's request, which the engine runs as one.
 #[derive(Debug)]
 pub enum Request<'a> {
     /// One command.

@@ -10,7 +10,7 @@ use super::{Effect, Engine, Progress, Resources};
 use crate::cancel::CancelToken;
 use crate::command::{Command, FileKind, MeshSource, Rect};
 use crate::error::{Code, Fault};
-use crate::eye::{self, EyeError, EyeScene};
+use crate::eye::{self, EyeError, EyeScene, Rotation};
 use crate::load::x3d::X3dDocument;
 use crate::load::{self, FilePosition, LoadError, LoadMemory, LoadWarning, MeshFormat, Smoothing};
 use crate::memory::{MemoryUse, Reservation};
@@ -196,9 +196,10 @@ impl Engine {
     ) -> Result<Progress, Fault> {
         let most = self.quotas.limits.resource_bytes;
         let memory = self.job_memory(s, ResourceKind::Eye, &name, json.len())?;
+        let turns = self.rendering.eye_turns.clone();
         Ok(Progress::Job(Job::new(json.len() <= SMALL_TEXT_BYTES, move |cancel| {
             let memory = memory.until(cancel);
-            let made = Made::eye(&json, &name, most, memory);
+            let made = Made::eye(&json, &turns, &name, most, memory);
             JobResult::new(Command::Eye { name: name.clone(), json }, made.map(|m| m.named(name)))
         })))
     }
@@ -464,10 +465,17 @@ impl Made {
         Ok(Made { resource: Resource::Texture(Arc::new(texture)), warnings: Vec::new(), memory })
     }
 
-    fn eye(json: &[u8], name: &str, most: u64, mut memory: JobMemory) -> Result<Self, Fault> {
+    fn eye(
+        json: &[u8],
+        turns: &[Rotation],
+        name: &str,
+        most: u64,
+        mut memory: JobMemory,
+    ) -> Result<Self, Fault> {
         let refused = |kind| Fault::from(LoadError::new(FilePosition::file(name), kind));
         let work = memory.result.work(eye::json_bytes(json)).map_err(refused)?;
-        let eye = Eye::new(EyeScene::from_json(json)?);
+        let scene = EyeScene::from_json(json)?;
+        let eye = Eye::new(if turns.is_empty() { scene } else { scene.turned(turns)? });
         drop(work);
         let working = eye.working_bytes();
         if working > most {

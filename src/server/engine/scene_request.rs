@@ -15,8 +15,8 @@ use std::sync::Arc;
 pub(super) enum MadeScene {
     /// Built because that takes long.
     Built(Box<Scene>),
-    /// Searched for the settings of `QUALITY`.
-    Searched(Box<Found>),
+    /// Tried out for the settings of `QUALITY`.
+    TriedOut(Box<Found>),
 }
 
 /// Everything that a scene is built from.

@@ -13,6 +13,7 @@
 //! RFC 9112, sections 2, 3 and 5.
 
 use super::{MetricsBoard, format};
+use crate::server::http::{Head, Refused, head_length};
 use std::io::{self, Read, Write};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
@@ -195,63 +196,10 @@ impl Site {
     /// Parses a request's head, which ends with an empty line. Returns the response if it is not
     /// valid.
     fn parse<'a>(&self, head: &'a [u8]) -> Result<Request<'a>, Response> {
-        let bad = |reason| Response::refusal("400 Bad Request", reason);
-        let text = std::str::from_utf8(head).ok().filter(|text| text.is_ascii());
-        let mut lines = text.ok_or_else(|| bad("the request is not ASCII"))?.split("\r\n");
-        let words: Vec<&str> = lines.next().unwrap_or_default().split(' ').collect();
-        let &[method, target, version] = &words[..] else { return Err(bad("no request line")) };
-        if !matches!(version, "HTTP/1.1" | "HTTP/1.0") {
-            return Err(Response::refusal("505 HTTP Version Not Supported", "HTTP/1.1 is spoken here"));
-        }
-        let (mut hosts, mut accepted) = (Vec::new(), Vec::new());
-        for line in lines.take_while(|line| !line.is_empty()) {
-            let (name, value) = line.split_once(':').ok_or_else(|| bad("a header has no colon"))?;
-            if name.is_empty() || name.contains(|c: char| c.is_ascii_whitespace() || c.is_ascii_control()) {
-                return Err(bad("a header's name is none"));
-            }
-            if name.eq_ignore_ascii_case("host") {
-                hosts.push(value.trim_matches([' ', '\t']));
-            } else if name.eq_ignore_ascii_case("accept") {
-                accepted.extend(value.split(','));
-            }
-        }
-        match hosts[..] {
-            [host] if self.serves(host) => {}
-            // A request without a name cannot result from DNS rebinding: browsers always send one.
-            [] if version == "HTTP/1.0" => {}
-            [_] => {
-                let reason =
-                    "this name is not served: use the address, localhost, or the name given to --metrics";
-                return Err(Response::refusal("403 Forbidden", reason));
-            }
-            _ => return Err(bad("there must be one Host header")),
-        }
-        if !target.starts_with('/') {
-            return Err(bad("the target must be a path"));
-        }
-        if !matches!(method, "GET" | "HEAD") {
-            return Err(Response::refusal("405 Method Not Allowed", "GET and HEAD are served"));
-        }
-        let path = target.split('?').next().unwrap_or(target);
-        Ok(Request { path, wants_body: method == "GET", prefers_json: prefers_json(&accepted) })
-    }
-
-    /// Returns whether requests may use this `Host`: an address, `localhost`, or the endpoint's own
-    /// name, with any port.
-    fn serves(&self, host: &str) -> bool {
-        let (name, port) = match host.rsplit_once(':') {
-            // Colons of an IPv6 address are inside brackets.
-            Some((name, port)) if !port.contains(']') => (name, port),
-            _ => (host, "0"),
-        };
-        let bare = name.strip_prefix('[').and_then(|name| name.strip_suffix(']'));
-        let is_address = match bare {
-            Some(v6) => v6.parse::<Ipv6Addr>().is_ok(),
-            None => name.parse::<Ipv4Addr>().is_ok(),
-        };
-        let is_own = |own: &str| own.eq_ignore_ascii_case(name);
-        port.parse::<u16>().is_ok()
-            && (is_address || is_own("localhost") || self.name.as_deref().is_some_and(is_own))
+        let head = Head::parse(head, self.name.as_deref())
+            .map_err(|Refused { status, reason }| Response::refusal(status, reason))?;
+        let accepted: Vec<&str> = head.values("accept").flat_map(|value| value.split(',')).collect();
+        Ok(Request { path: head.path, wants_body: head.is_get, prefers_json: prefers_json(&accepted) })
     }
 }
 
@@ -286,11 +234,10 @@ fn read_head(stream: &mut TcpStream, head: &mut [u8], until: Instant) -> io::Res
         if filled == 0 {
             return Err(io::ErrorKind::UnexpectedEof.into());
         }
-        // The empty line may have begun in the previous read.
-        let from = length.saturating_sub(3);
+        let from = length;
         length += filled;
-        if let Some(at) = head[from..length].windows(4).position(|w| w == b"\r\n\r\n") {
-            return Ok(Some(from + at + 4));
+        if let Some(end) = head_length(&head[..length], from) {
+            return Ok(Some(end));
         }
     }
 }

@@ -97,6 +97,12 @@ impl MetricsBoard {
         let refused = self.admission.get().map(|admission| admission.refused()).unwrap_or_default();
         Reading { uptime: self.started.elapsed(), age: at.elapsed(), refused, metrics }
     }
+
+    /// Returns the latest values as one line of JSON.
+    #[cfg(feature = "web")]
+    pub(super) fn json(&self) -> String {
+        format::json(&self.read())
+    }
 }
 
 /// Counts an engine's commands by verb, for a board.

@@ -11,9 +11,9 @@ use crate::command::{Command, Figure, Flow, Rect, Sink, StreamError, StreamPosit
 use crate::draw2d::Line;
 use crate::error::Fault;
 use crate::memory::{Reservation, Rgba};
+use crate::server::clock::Instant;
 use crate::server::engine::{Progress, Request};
 use crate::server::{Audience, Budget, Effect, Engine, Pace, Session};
-use std::time::Instant;
 
 /// Runs the commands of one stream for one call of the decoder.
 pub(super) struct CommandExecutor<'a> {

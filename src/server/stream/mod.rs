@@ -126,6 +126,17 @@ pub(super) fn feed_parts(
     (used, StreamState::Ready)
 }
 
+/// Returns the width and height that a stream states by `SIZE w h` as its first command, as they are
+/// written.
+pub fn stated_size(stream: &[u8]) -> Option<[&str; 2]> {
+    let is_command = |line: &&[u8]| !line.starts_with(b"#") && !line.trim_ascii().is_empty();
+    let first = stream.split(|&b| b == b'\n').find(is_command)?;
+    match std::str::from_utf8(first).ok()?.split_ascii_whitespace().collect::<Vec<_>>()[..] {
+        [verb, w, h] if verb.eq_ignore_ascii_case("SIZE") => Some([w, h]),
+        _ => None,
+    }
+}
+
 /// Event that resumes a suspended stream.
 pub(super) enum Resume {
     /// Result of its job.

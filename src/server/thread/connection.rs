@@ -6,7 +6,7 @@
 //! arrival, and that nothing runs while the connection waits for a frame, a job or its client.
 
 use crate::command::EndOfInput;
-use crate::error::{Code, Fault};
+use crate::error::Fault;
 use crate::input::InputEvent;
 use crate::server::engine::JobResult;
 use crate::server::jobs::Ticket;
@@ -438,18 +438,23 @@ impl Connection {
         self.work.push_front(Work::Resume(Resume::Job(result)));
     }
 
-    /// Refuses the command whose job has run for longer than `limit`. Returns the time of the next
-    /// check if the connection still waits.
-    pub fn check_job(&mut self, now: Instant, limit: Duration) -> Option<Instant> {
-        // A recorded command had finished when it was recorded, so it has no time limit here.
-        let ticket = self.job.as_ref().filter(|_| self.replay.is_none())?;
-        let Some(until) = ticket.begun().map(|begun| begun + limit) else { return Some(now + CHECK_JOBS) };
+    /// Returns the time that a job of this connection may take: none while it replays, since a
+    /// recorded command had finished when it was recorded.
+    pub fn job_limit(&self, limit: Duration) -> Option<Duration> {
+        self.replay.is_none().then_some(limit)
+    }
+
+    /// Refuses the command whose job has run for longer than its limit. Returns the time of the
+    /// next check if the connection still waits.
+    pub fn check_job(&mut self, now: Instant) -> Option<Instant> {
+        let ticket = self.job.as_ref().filter(|ticket| ticket.has_limit())?;
+        let Some(until) = ticket.until() else { return Some(now + CHECK_JOBS) };
         if now < until {
             return Some(until);
         }
         ticket.cancel();
-        let message = format!("given up after {} s, without effect", limit.as_secs_f64());
-        self.add_result(JobResult::refused(Fault::new(Code::Quota, message)));
+        let result = ticket.given_up();
+        self.add_result(result);
         None
     }
 

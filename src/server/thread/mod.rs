@@ -18,10 +18,15 @@ use super::engine::{Engine, OutputState};
 use super::message::{ConnectionSource, Finish, Inbox, Medium, Message, OpenConnection};
 use super::session::Audience;
 use super::transport::{Link, Poller};
+#[cfg(feature = "web")]
+use super::web::{WebFeed, WebOptions, WebServer, WebTarget};
 use super::workers::DRAW_STACK_BYTES;
+#[cfg(feature = "web")]
+use super::{Limits, admission::Admission};
 use super::{record, shared_file};
 use crate::cancel::CancelToken;
 use crate::error::{Code, Fault};
+use crate::memory::VideoMemory;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use scheduler::Scheduler;
 use std::sync::Arc;
@@ -73,6 +78,7 @@ impl RenderThread {
     ///
     /// # Errors
     /// If the system has no thread to give, or the poller cannot be created.
+    #[doc(hidden)]
     pub fn start(mut engine: Engine) -> std::io::Result<RenderThread> {
         let cancel = CancelToken::new();
         engine.set_cancel(cancel.clone());
@@ -119,17 +125,31 @@ impl RenderThread {
         Client::new(id, link.messages, inbox)
     }
 
+    /// Serves the page in the browser, as [`Server::serve_web`](super::Server::serve_web) does, for
+    /// a thread without listeners.
+    ///
+    /// # Errors
+    /// If the address cannot be bound, or the system has no thread to give.
+    #[cfg(feature = "web")]
+    pub fn serve_web(&self, feed: Arc<WebFeed>, options: WebOptions) -> std::io::Result<WebServer> {
+        let limits = Limits::default();
+        let admission = Admission::new(limits.connections, limits.connections_per_address);
+        WebServer::start(feed, options, WebTarget::Thread { link: self.link(), admission })
+    }
+
     pub(crate) fn link(&self) -> Link {
         Link { messages: self.messages.clone(), poller: self.poller.clone(), next_id: self.next_id.clone() }
     }
 
     /// Tells the thread that the window could not be opened. From then on `PRESENT wait` counts
     /// each frame as shown at once.
+    #[doc(hidden)]
     pub fn drop_display(&self) {
         let _ = self.messages.send(Message::NoDisplay);
     }
 
     /// Runs `task` on the render thread between two slices of work.
+    #[doc(hidden)]
     pub fn run_between(&self, task: impl FnOnce(&mut Engine) + Send + 'static) {
         let _ = self.messages.send(Message::Do(Box::new(task)));
     }
@@ -158,11 +178,20 @@ impl RenderThread {
         self.thread.is_finished()
     }
 
-    /// Ends the thread and returns its engine.
+    /// Ends the thread and returns its video memory.
     ///
     /// # Panics
     /// If the render thread panicked, which is a defect.
-    pub fn finish(self, how: Finish) -> Engine {
+    pub fn finish(self, how: Finish) -> VideoMemory {
+        self.finish_engine(how).into_memory()
+    }
+
+    /// Ends the thread and returns its engine.
+    ///
+    /// # Panics
+    /// As [`RenderThread::finish`].
+    #[doc(hidden)]
+    pub fn finish_engine(self, how: Finish) -> Engine {
         self.begin_finish(how);
         let RenderThread { messages, thread, cancel, ended, .. } = self;
         drop(messages);

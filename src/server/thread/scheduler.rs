@@ -195,6 +195,8 @@ impl Scheduler {
             Message::Mail(id) => self.with(id, Connection::add_mail),
             Message::Room(id) => self.with(id, Connection::note_room),
             Message::JobDone(id, number, result) => self.with(id, |c| c.job_done(number, *result)),
+            #[cfg(feature = "web")]
+            Message::Event(event) => self.input(Input::Event(event)),
             Message::Do(task) => task(&mut self.engine),
             Message::NoDisplay => {
                 self.engine.detach::<DisplayObserver>();
@@ -286,7 +288,8 @@ impl Scheduler {
             self.engine.set_in_pieces(self.in_pieces.is_some());
         }
         if let Some(job) = self.output.job.take() {
-            match self.jobs.submit(id, job) {
+            let limit = connection.job_limit(self.engine.limits().command_time);
+            match self.jobs.submit(id, job, limit) {
                 Ok(ticket) => {
                     connection.wait_for_job(ticket);
                     if !self.awaiting_job.contains(&id) {

@@ -31,7 +31,7 @@ const COLORS: [[f32; 3]; 3] = [[0.25, 0.45, 1.0], [0.16, 0.80, 0.74], [1.0, 0.66
 /// Smallest side of a frame with room for three pictures.
 const LEAST_SIDE: usize = 160;
 
-/// What a gallery needs of its scene, computed once.
+/// A scene prepared for its gallery, computed once.
 pub(super) struct Gallery {
     wireframe: Wireframe,
     radius: f64,

@@ -51,16 +51,9 @@ impl Nd {
     /// Shows a scene; in the studio, with a gallery if it has a wireframe.
     pub fn new(given: EyeScene, pool: Executor, studio: bool) -> Self {
         let dim = given.dim;
-        let points = || given.facets.iter().flat_map(|f| &f.v);
-        let mut bounds = vec![(f64::INFINITY, f64::NEG_INFINITY); dim];
-        for point in points() {
-            for (b, &x) in bounds.iter_mut().zip(point) {
-                *b = (b.0.min(x), b.1.max(x));
-            }
-        }
+        let bounds = given.bounds();
         let is_empty = given.facets.is_empty();
-        let middle: Vec<f64> =
-            bounds.iter().map(|&(l, h)| if is_empty { 0.0 } else { l / 2.0 + h / 2.0 }).collect();
+        let middle = given.middle();
         let size = bounds.iter().map(|&(l, h)| h - l).fold(0.0, f64::max);
         let holds_eye = bounds.iter().zip(&given.pose.position).all(|(&(l, h), x)| (l..=h).contains(x));
         let gallery = studio.then(|| Gallery::of(&given, &middle)).flatten();
@@ -147,19 +140,9 @@ impl Nd {
             return;
         }
         let mut pose = self.pose.clone();
-        let along: Vec<f64> = match self.about {
-            About::Eye => Vec::new(),
-            // Position of the middle in the eye's own frame, where it stays.
-            About::Middle => {
-                pose.axes().iter().map(|axis| dot(axis, &self.middle) - dot(axis, &pose.position)).collect()
-            }
-        };
-        pose.turn(a, b, angle_deg);
-        if self.about == About::Middle {
-            pose.position.clone_from(&self.middle);
-            for (axis, length) in pose.axes().iter().zip(along) {
-                pose.position.iter_mut().zip(axis).for_each(|(x, e)| *x -= length * e);
-            }
+        match self.about {
+            About::Eye => pose.turn(a, b, angle_deg),
+            About::Middle => pose.turn_about(&self.middle, a, b, angle_deg),
         }
         self.set_pose(pose);
     }
@@ -343,10 +326,6 @@ fn pixel_at(picture: &EyePicture, width: u32, height: u32, x: u32, y: u32) -> Op
     let sheet = ContactSheet::of(&picture.pixels);
     let [w, h] = sheet.size();
     sheet.pixel(eye::nearest(x, width, w), eye::nearest(y, height, h), picture.facet.len())
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
 /// Folds a line of a plan after commas, to fit a usual window.

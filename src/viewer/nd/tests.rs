@@ -14,7 +14,8 @@ fn turning_about_the_middle_keeps_it_where_it_is_seen() {
     let mut nd = tesseract();
     let place = |nd: &Nd| -> Vec<f64> {
         let away: Vec<f64> = nd.middle.iter().zip(&nd.pose.position).map(|(m, o)| m - o).collect();
-        nd.pose.axes().iter().map(|axis| dot(axis, &away)).collect()
+        let along = |axis: &Vec<f64>| axis.iter().zip(&away).map(|(x, y)| x * y).sum();
+        nd.pose.axes().iter().map(along).collect()
     };
     let before = place(&nd);
     for (a, b) in [(0, 3), (1, 3), (0, 1), (2, 3), (0, 2)] {

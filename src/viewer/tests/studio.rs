@@ -184,3 +184,32 @@ fn a_polytope_turns_beside_slice_and_shadow_until_a_key_is_pressed() {
     tap(&mut viewer, Key::Zero);
     assert!(picture(&mut viewer) == gallery);
 }
+
+#[test]
+fn sixty_frames_a_second_are_shown_while_a_picture_takes_less() {
+    let turntable = |fps| {
+        let options = ViewerOptions { fps, turntable: true, ..options("paced") };
+        Viewer::new(closed(teapot()), options).expect("a viewer")
+    };
+    let ms = |ms: u64| Duration::from_millis(ms);
+    for (picture_takes, frames) in [(ms(2), 60), (ms(12), 60), (ms(16), 60), (ms(18), 55), (ms(40), 25)] {
+        // The window's loop with a clock that is counted: advance, draw and show, sleep.
+        let (mut viewer, mut now, mut pictures) = (turntable(60.0), Duration::ZERO, 0);
+        viewer.refresh();
+        let mut last = now;
+        while now < Duration::from_secs(1) {
+            viewer.advance(now - last);
+            last = now;
+            if std::mem::take(&mut viewer.is_stale) {
+                pictures += 1;
+                now += picture_takes;
+            }
+            let to_frame = viewer.time_to_next_frame().expect("it turns").saturating_sub(now - last);
+            now += to_frame.clamp(Duration::from_micros(50), ms(3));
+        }
+        assert!((frames - 1..=frames + 1).contains(&pictures), "{picture_takes:?}: {pictures}");
+    }
+    let mut still = turntable(60.0);
+    tap(&mut still, Key::Space);
+    assert_eq!(still.time_to_next_frame(), None, "nothing is to come while it is paused");
+}

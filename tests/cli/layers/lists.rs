@@ -11,13 +11,12 @@ pub const ROOMS: Edges = &[
     ("draw2d", &["error", "executor", "math", "memory", "simd"]),
     ("eye", &["error", "executor", "math", "memory", "scene"]),
     ("pipeline", &["cancel", "error", "executor", "math", "memory", "scene", "simd"]),
-    // The search for cheaper settings measures their error: only exact pixels can.
-    ("pipeline::quality", &["truth"]),
-    ("truth", &["math", "memory", "scene"]),
+    ("truth", &["eye", "math", "memory", "scene"]),
     ("fbdev", &["input", "memory", "simd"]),
     ("command", &["draw2d", "error", "memory", "scene", "simd"]),
     ("load", &["cancel", "draw2d", "error", "math", "memory", "pipeline", "save", "scene"]),
     ("save", &["error", "memory"]),
+    ("animation", &["executor", "eye", "load", "memory", "pipeline", "scene"]),
     ("framebuffer", &["command", "draw2d", "load", "memory", "pipeline", "save", "scene"]),
     (
         "server",
@@ -38,8 +37,23 @@ pub const ROOMS: Edges = &[
     (
         "cli",
         &[
-            "command", "draw2d", "executor", "eye", "fbdev", "input", "load", "measure", "memory",
-            "pipeline", "save", "scene", "server", "simd", "viewer", "window",
+            "animation",
+            "command",
+            "draw2d",
+            "executor",
+            "eye",
+            "fbdev",
+            "input",
+            "load",
+            "measure",
+            "memory",
+            "pipeline",
+            "save",
+            "scene",
+            "server",
+            "simd",
+            "viewer",
+            "window",
         ],
     ),
 ];
@@ -219,7 +233,7 @@ pub const PIPELINE: Edges = &[
             "worst_case",
         ],
     ),
-    ("quality", &["draw_call", "renderer", "scene"]),
+    ("quality", &["draw_call", "normals", "renderer", "scene"]),
     (
         "trace",
         &[
@@ -243,6 +257,7 @@ pub const PIPELINE: Edges = &[
 
 /// Imports between the parts of the server.
 pub const SERVER: Edges = &[
+    ("budget", &["clock"]),
     ("resources", &["limits"]),
     ("surfaces", &["engine_frame", "limits"]),
     ("session", &["limits", "read_files", "resources", "stats", "surfaces"]),
@@ -250,6 +265,7 @@ pub const SERVER: Edges = &[
         "engine",
         &[
             "budget",
+            "clock",
             "engine_frame",
             "limits",
             "read_files",
@@ -262,11 +278,12 @@ pub const SERVER: Edges = &[
     ),
     // Observers of the engine, see `OBSERVERS`.
     ("display", &["engine", "events"]),
-    ("metrics", &["admission", "engine", "session"]),
+    ("metrics", &["admission", "engine", "http", "session"]),
+    ("web", &["admission", "display", "engine", "http", "message", "metrics", "session", "transport"]),
     ("on_present", &["engine"]),
     ("record", &["engine", "read_files"]),
     ("shared_file", &["engine"]),
-    ("stream", &["budget", "engine", "session"]),
+    ("stream", &["budget", "clock", "engine", "session"]),
     ("replay", &["budget", "engine", "read_files", "record", "session", "stream"]),
     ("message", &["buffer_pool", "engine", "reply_queue", "session", "stream"]),
     ("jobs", &["engine", "message", "workers"]),
@@ -278,10 +295,12 @@ pub const SERVER: Edges = &[
             "budget",
             "buffer_pool",
             "client",
+            "admission",
             "display",
             "engine",
             "events",
             "jobs",
+            "limits",
             "message",
             "metrics",
             "record",
@@ -292,14 +311,18 @@ pub const SERVER: Edges = &[
             "sniff",
             "stream",
             "transport",
+            "web",
             "workers",
         ],
     ),
     ("snapshots", &["message", "snapshot_names", "thread"]),
     ("player", &["message", "record", "session", "stream", "thread", "transport"]),
-    ("serve", &["admission", "client", "engine", "message", "metrics", "session", "thread", "transport"]),
+    (
+        "serve",
+        &["admission", "client", "engine", "message", "metrics", "session", "thread", "transport", "web"],
+    ),
 ];
 
 /// Parts of the server that observe the engine. They import its trait; nothing that the engine
 /// imports, itself or by others, may import one of them.
-pub const OBSERVERS: &[&str] = &["display", "metrics", "on_present", "record", "shared_file"];
+pub const OBSERVERS: &[&str] = &["display", "metrics", "on_present", "record", "shared_file", "web"];

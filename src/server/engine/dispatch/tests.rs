@@ -92,7 +92,7 @@ fn a_piece_that_meets_a_defect_ends_the_command_and_its_band() {
         let (mut engine, mut session, log) = engine_with_log(width, 300);
         let verb = command.verb();
         engine.wanted_defect = Some(verb);
-        let pieces = engine.begin_in_pieces(&mut session, command);
+        let pieces = engine.begin_in_pieces(&mut session, command).expect("it has pieces");
         let mut replies = Vec::new();
         let ended = engine.run_pieces(&mut session, pieces, &mut replies, Budget::NONE);
         assert_eq!(ended.unwrap_err().code, Code::Format, "{verb}");

@@ -70,7 +70,7 @@ macro_rules! run_commands {
     };
 }
 
-/// Whether a row's function only makes a job.
+/// True for a row whose function only makes a job.
 macro_rules! is_job {
     (fn) => {
         false

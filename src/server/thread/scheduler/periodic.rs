@@ -32,11 +32,10 @@ impl Scheduler {
 
     /// Cancels jobs that are over their time limit.
     fn check_jobs(&mut self, now: Instant) {
-        let limit = self.engine.limits().command_time;
         let mut next: Option<Instant> = None;
         for id in std::mem::take(&mut self.awaiting_job) {
             let mut until = None;
-            self.with(id, |c| until = c.check_job(now, limit));
+            self.with(id, |c| until = c.check_job(now));
             if let Some(until) = until {
                 next = Some(next.map_or(until, |n| n.min(until)));
                 self.awaiting_job.push(id);

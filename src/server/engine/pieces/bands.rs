@@ -1,0 +1,222 @@
+//! Commands in pieces that are bands of rows, from the top down.
+//!
+//! In: a command and a band. Out: the part of the command that lies in the band. For COPY and READ
+//! the band is of rows of their rectangle.
+
+use super::Piecewise;
+use crate::command::{Command, Figure, Rect};
+use crate::draw2d::{self, Blend};
+use crate::error::Fault;
+use crate::memory::Rgba;
+use crate::server::Session;
+use crate::server::clock::Instant;
+use crate::server::engine::Engine;
+use std::fmt;
+use std::ops::Range;
+
+/// Pixels of a band of rows, about.
+const BAND_PIXELS: u32 = 1 << 15;
+
+/// Returns the number of rows of a band.
+pub(super) fn band_rows(engine: &Engine) -> u32 {
+    (BAND_PIXELS / engine.framebuffer.width()).max(1)
+}
+
+/// A command that can be restricted to a band of rows.
+pub(super) trait Band: fmt::Debug + Send {
+    /// Runs the part of the command that lies in `rows`.
+    ///
+    /// # Errors
+    /// As [`Piecewise::run`].
+    fn run(&mut self, engine: &mut Engine, s: &mut Session, rows: Range<u32>) -> Result<(), Fault>;
+
+    /// Completes the command, as [`Piecewise::end`].
+    fn end(&mut self, _: &mut Engine, _: &mut Session, _: &mut Vec<u8>) {}
+
+    /// Returns the rows of the frame in which it may have drawn, `next` being the next row of
+    /// `height`.
+    fn drawn_rows(&self, next: u32, _height: u32) -> Range<u32> {
+        0..next
+    }
+
+    /// Returns the command.
+    fn into_command(self) -> Command;
+}
+
+/// A command in bands, and the first row of the next one.
+#[derive(Debug)]
+pub(super) struct Bands<B> {
+    band: B,
+    next_row: u32,
+}
+
+impl<B: Band + 'static> Bands<B> {
+    /// Begins a command at the top.
+    pub fn boxed(band: B) -> Box<dyn Piecewise> {
+        Box::new(Bands { band, next_row: 0 })
+    }
+}
+
+impl<B: Band> Piecewise for Bands<B> {
+    fn run(&mut self, engine: &mut Engine, s: &mut Session, _: Option<Instant>) -> Result<bool, Fault> {
+        let height = engine.framebuffer.height();
+        let rows = self.next_row..(self.next_row + band_rows(engine)).min(height);
+        self.next_row = rows.end;
+        self.band.run(engine, s, rows)?;
+        Ok(self.next_row >= height)
+    }
+
+    fn end(&mut self, engine: &mut Engine, s: &mut Session, replies: &mut Vec<u8>) {
+        self.band.end(engine, s, replies);
+    }
+
+    fn give_up(&mut self, engine: &mut Engine, _: &Session) -> (Range<u32>, String) {
+        let height = engine.framebuffer.height();
+        let rows = self.band.drawn_rows(self.next_row, height);
+        let how_far = match rows.is_empty() {
+            true => "without effect".to_owned(),
+            false => format!("after {} of {height} rows", self.next_row),
+        };
+        (rows, how_far)
+    }
+
+    fn into_command(self: Box<Self>) -> Command {
+        self.band.into_command()
+    }
+}
+
+/// `CLEAR`.
+#[derive(Debug)]
+pub(super) struct ClearBands {
+    pub color: Rgba,
+}
+
+impl Band for ClearBands {
+    fn run(&mut self, engine: &mut Engine, _: &mut Session, rows: Range<u32>) -> Result<(), Fault> {
+        engine.framebuffer.memory.clear_rows(rows, self.color);
+        Ok(())
+    }
+
+    fn end(&mut self, engine: &mut Engine, s: &mut Session, _: &mut Vec<u8>) {
+        engine.framebuffer.end_clear(s);
+    }
+
+    fn into_command(self) -> Command {
+        Command::Clear { color: self.color }
+    }
+}
+
+/// A figure.
+#[derive(Debug)]
+pub(super) struct FigureBands {
+    pub figure: Figure,
+}
+
+impl Band for FigureBands {
+    fn run(&mut self, engine: &mut Engine, s: &mut Session, rows: Range<u32>) -> Result<(), Fault> {
+        engine.framebuffer.memory.set_window(rows);
+        let drawn = engine.figure(s, &self.figure);
+        engine.end_band();
+        Ok(drawn?)
+    }
+
+    fn into_command(self) -> Command {
+        Command::Figure(self.figure)
+    }
+}
+
+/// `READ`: its reply is appended band by band.
+#[derive(Debug)]
+pub(super) struct ReadBands {
+    pub rect: Rect,
+    pub reply: Vec<u8>,
+}
+
+impl Band for ReadBands {
+    fn run(&mut self, engine: &mut Engine, _: &mut Session, rows: Range<u32>) -> Result<(), Fault> {
+        if rows.start == 0 {
+            let bytes = engine.read_head(self.rect, &mut self.reply)?;
+            self.reply.reserve_exact(bytes as usize);
+        }
+        let count = rows.len();
+        draw2d::rows(&engine.framebuffer.memory, self.rect)?
+            .skip(rows.start as usize)
+            .take(count)
+            .for_each(|row| self.reply.extend_from_slice(row));
+        Ok(())
+    }
+
+    fn end(&mut self, _: &mut Engine, _: &mut Session, replies: &mut Vec<u8>) {
+        match replies.is_empty() {
+            true => std::mem::swap(replies, &mut self.reply),
+            false => replies.append(&mut self.reply),
+        }
+    }
+
+    fn drawn_rows(&self, _: u32, _: u32) -> Range<u32> {
+        0..0
+    }
+
+    fn into_command(self) -> Command {
+        Command::Read { rect: self.rect }
+    }
+}
+
+/// `COPY`: from the top of the rectangle, or from its bottom if the copy moves down.
+#[derive(Debug)]
+pub(super) struct CopyBands {
+    pub source: Rect,
+    pub dest: [i32; 2],
+}
+
+impl Band for CopyBands {
+    fn run(&mut self, engine: &mut Engine, _: &mut Session, rows: Range<u32>) -> Result<(), Fault> {
+        let CopyBands { source, dest: [dx, dy] } = *self;
+        if rows.start == 0 {
+            // Checked before the first band, so that nothing is copied if the command is refused.
+            drop(draw2d::rows(&engine.framebuffer.memory, source)?);
+        }
+        let h = source.h;
+        let (from, to) = ((rows.start as i32).min(h), (rows.end as i32).min(h));
+        let top = if dy > source.y { h - to } else { from };
+        let Some(to_y) = dy.checked_add(top) else { return Ok(()) };
+        let band = Rect { y: source.y + top, h: to - from, ..source };
+        // Like the command in one piece, it stores the pixels whatever BLEND is.
+        Ok(draw2d::copy(&mut engine.framebuffer.memory, band, [dx, to_y], Blend::Replace)?)
+    }
+
+    fn end(&mut self, engine: &mut Engine, s: &mut Session, _: &mut Vec<u8>) {
+        let CopyBands { source, dest: [x, y] } = *self;
+        s.stats.pixels += engine.framebuffer.visible(Rect { x, y, ..source });
+    }
+
+    fn drawn_rows(&self, _: u32, height: u32) -> Range<u32> {
+        0..height
+    }
+
+    fn into_command(self) -> Command {
+        let [dx, dy] = self.dest;
+        Command::Copy { source: self.source, dx, dy }
+    }
+}
+
+/// `DRAWEYE` with its picture made.
+#[derive(Debug)]
+pub(super) struct EyeBands {
+    pub name: String,
+    pub rect: Rect,
+}
+
+impl Band for EyeBands {
+    fn run(&mut self, engine: &mut Engine, s: &mut Session, rows: Range<u32>) -> Result<(), Fault> {
+        engine.put_eye_band(s, &self.name, self.rect, rows)
+    }
+
+    fn end(&mut self, engine: &mut Engine, s: &mut Session, _: &mut Vec<u8>) {
+        engine.note_eye(s, self.rect);
+    }
+
+    fn into_command(self) -> Command {
+        Command::DrawEye { name: self.name, rect: self.rect }
+    }
+}

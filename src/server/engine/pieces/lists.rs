@@ -1,0 +1,138 @@
+//! Commands in pieces that go through a list: records of POINTS, letters of TEXT, rows of a CRC.
+
+use super::Piecewise;
+use super::bands::band_rows;
+use crate::command::{Command, Figure, Rect};
+use crate::draw2d::{self, DrawError, TextCursor};
+use crate::error::Fault;
+use crate::memory::Rgba;
+use crate::server::Session;
+use crate::server::clock::Instant;
+use crate::server::engine::Engine;
+use std::ops::Range;
+
+/// Records of `POINTS` in one piece.
+const PIECE_RECORDS: usize = 1 << 17;
+/// Bytes of a record.
+const RECORD_BYTES: usize = 8;
+/// Bytes of `TEXT` in one piece.
+const PIECE_LETTERS: usize = 1 << 15;
+/// Bands of rows of a `CRC` in one piece: reading takes less time than drawing.
+const CRC_BANDS: u32 = 16;
+
+/// `POINTS`, and the byte at which the next piece begins.
+#[derive(Debug)]
+pub(super) struct Records {
+    packed: Vec<u8>,
+    at: usize,
+}
+
+impl Records {
+    pub fn new(packed: Vec<u8>) -> Self {
+        Records { packed, at: 0 }
+    }
+}
+
+impl Piecewise for Records {
+    fn run(&mut self, engine: &mut Engine, s: &mut Session, _: Option<Instant>) -> Result<bool, Fault> {
+        let Records { packed, at } = self;
+        let end = (*at + PIECE_RECORDS * RECORD_BYTES).min(packed.len());
+        // An incomplete list is refused by its first piece, before anything is drawn.
+        let is_whole = packed.len().is_multiple_of(RECORD_BYTES);
+        let piece = if is_whole { &packed[*at..end] } else { &packed[..] };
+        engine.points(s, piece)?;
+        *at = end;
+        Ok(end == packed.len())
+    }
+
+    fn give_up(&mut self, engine: &mut Engine, _: &Session) -> (Range<u32>, String) {
+        (0..engine.framebuffer.height(), format!("after {} records", self.at / RECORD_BYTES))
+    }
+
+    fn payload_bytes(&self) -> usize {
+        self.packed.capacity()
+    }
+
+    fn into_command(self: Box<Self>) -> Command {
+        Command::Points { packed: self.packed }
+    }
+}
+
+/// `TEXT`, and the place of its next letter.
+#[derive(Debug)]
+pub(super) struct Letters {
+    start: [i32; 2],
+    color: Rgba,
+    utf8: Vec<u8>,
+    cursor: TextCursor,
+}
+
+impl Letters {
+    pub fn new(start: [i32; 2], color: Rgba, utf8: Vec<u8>, size: u8) -> Self {
+        Letters { start, color, utf8, cursor: TextCursor::scaled(start, size) }
+    }
+}
+
+impl Piecewise for Letters {
+    fn run(&mut self, engine: &mut Engine, s: &mut Session, _: Option<Instant>) -> Result<bool, Fault> {
+        let Letters { utf8, cursor, color, .. } = self;
+        if cursor.bytes() == 0 {
+            // Checked before the first piece, so that nothing is drawn if the text is refused.
+            let not_utf8 = |e: std::str::Utf8Error| DrawError::NotUtf8 { at: e.valid_up_to() as u64 };
+            std::str::from_utf8(utf8).map_err(not_utf8)?;
+        }
+        let memory = &mut engine.framebuffer.memory;
+        Ok(draw2d::text_piece(memory, cursor, utf8, *color, s.blend, PIECE_LETTERS)?)
+    }
+
+    fn give_up(&mut self, engine: &mut Engine, _: &Session) -> (Range<u32>, String) {
+        (0..engine.framebuffer.height(), format!("after {} bytes", self.cursor.bytes()))
+    }
+
+    fn payload_bytes(&self) -> usize {
+        self.utf8.capacity()
+    }
+
+    fn into_command(self: Box<Self>) -> Command {
+        let Letters { start: [x, y], color, utf8, .. } = *self;
+        Command::Figure(Figure::Text { x, y, color, utf8 })
+    }
+}
+
+/// `CRC`, and the checksum of the rows so far.
+#[derive(Debug)]
+pub(super) struct Checksum {
+    rect: Option<Rect>,
+    next_row: u32,
+    crc: crc32fast::Hasher,
+}
+
+impl Checksum {
+    pub fn new(rect: Option<Rect>) -> Self {
+        Checksum { rect, next_row: 0, crc: crc32fast::Hasher::new() }
+    }
+}
+
+impl Piecewise for Checksum {
+    fn run(&mut self, engine: &mut Engine, _: &mut Session, _: Option<Instant>) -> Result<bool, Fault> {
+        let [w, h] = [engine.framebuffer.width(), engine.framebuffer.height()].map(|side| side as i32);
+        let rect = self.rect.unwrap_or(Rect { x: 0, y: 0, w, h });
+        let rows = draw2d::rows(&engine.framebuffer.memory, rect)?;
+        let count = CRC_BANDS * band_rows(engine);
+        rows.skip(self.next_row as usize).take(count as usize).for_each(|row| self.crc.update(row));
+        self.next_row += count;
+        Ok(i64::from(self.next_row) >= i64::from(rect.h))
+    }
+
+    fn end(&mut self, _: &mut Engine, _: &mut Session, replies: &mut Vec<u8>) {
+        replies.extend(format!("CRC {:08x}\n", self.crc.clone().finalize()).into_bytes());
+    }
+
+    fn give_up(&mut self, _: &mut Engine, _: &Session) -> (Range<u32>, String) {
+        (0..0, "without effect".to_owned())
+    }
+
+    fn into_command(self: Box<Self>) -> Command {
+        Command::Crc { rect: self.rect }
+    }
+}
