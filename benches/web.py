@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
 """Measures the page in the browser: frames a second, latency, the server's share of a processor, and the other clients.
 
-    benches/web.py target/release/fbptr [--seconds 10] [--viewers 0,1,10,100] [--page CHROMIUM]
+    benches/web.py target/release/fbptr [--seconds 10] [--viewers 0,1,10,100] [--page CHROMIUM] [--pairs N]
 
 A Pixelflut client floods a server of 640x480 with one text command a pixel: two smooth pictures in turn, and the time in
 milliseconds as the colour of pixel (0, 0). Viewers are WebSocket clients that acknowledge each frame; the first one reads
 the time out of it. With --page one more viewer is the page itself in Chromium, driven by playwright-core, whose folder
-node_modules must be the working directory's.
+node_modules must be the working directory's. With --pairs the flood is measured N times without and with the viewers,
+in turns, on one server: they are a process of their own that runs where nothing else wants the processor, as it stands
+for other machines; the rate is what the server has drawn.
 """
-import argparse, os, re, select, socket, struct, subprocess, sys, threading, time, zlib
+import argparse, os, re, select, socket, statistics, struct, subprocess, sys, threading, time, zlib
 
 W, H = 640, 480
 
@@ -117,6 +119,45 @@ def watch(viewers, until):
             sockets[ready].read(sockets[ready] is viewers[0])
 
 
+def rate(server, seconds):
+    """Returns the M pixels that the server draws a second for one client."""
+    sent, begun = [0], time.time()
+    flood(server.port, begun + seconds, sent)
+    return sent[0] / (time.time() - begun) / 1e6
+
+
+def pairs(program, count, seconds, rounds):
+    """Compares the flood without and with viewers, in turns."""
+    server, ratios = Server(program), []
+    try:
+        rate(server, 1)
+        for turn in range(rounds):
+            pair = {}
+            for with_viewers in (False, True) if turn % 2 == 0 else (True, False):
+                child = 0
+                if with_viewers:
+                    child = os.fork()
+                    if not child:
+                        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+                        watch([Viewer(server.web) for _ in range(count)], time.time() + 3600)
+                    time.sleep(1)
+                before, begun = server.ticks(), time.time()
+                drawn = rate(server, seconds)
+                total, web = (b - a for a, b in zip(before, server.ticks()))
+                pair[with_viewers] = drawn
+                print(f"    {count * with_viewers:3} viewers: {drawn:5.2f} M pixels/s, the page's thread "
+                      f"{100 * web / (time.time() - begun):.0f} %", flush=True)
+                if child:
+                    os.kill(child, 9)
+                    os.waitpid(child, 0)
+                    time.sleep(0.5)
+            ratios.append(pair[True] / pair[False])
+        print(f"{rounds} pairs, {count} viewers: the flood keeps {statistics.median(ratios):.3f} of its rate (median; "
+              f"{min(ratios):.3f} to {max(ratios):.3f})")
+    finally:
+        server.end()
+
+
 def quantile(values, q):
     return sorted(values)[min(len(values) - 1, int(q * len(values)))] if values else float("nan")
 
@@ -161,7 +202,11 @@ def main():
     parser.add_argument("--seconds", type=float, default=10)
     parser.add_argument("--viewers", default="0,1,10,100")
     parser.add_argument("--page", metavar="CHROMIUM")
+    parser.add_argument("--pairs", type=int, default=0, metavar="N")
     args = parser.parse_args()
+    if args.pairs:
+        pairs(args.program, max(map(int, args.viewers.split(","))), args.seconds, args.pairs)
+        return
     for count in map(int, args.viewers.split(",")):
         measure(args.program, count, args.seconds, args.page)
 
