@@ -512,13 +512,17 @@ fn where_all_places_are_taken_the_one_who_drives_gets_one_and_who_is_behind_give
     let address = site.page.address();
     let mut faithful = site.watch();
     faithful.until_shows(&site.memory());
-    // They take what they are sent, and acknowledge nothing.
-    let crowd: Vec<Page> = (1..128).map(|_| site.watch()).collect();
+    let mut crowd: Vec<Page> = (1..128).map(|_| site.watch()).collect();
+    crowd.iter_mut().for_each(|page| page.until_shows(&site.memory()));
     let mut late = Page::connect(address);
     late.say("join ");
     assert_eq!(late.until_closed(), ["closed there are as many viewers as are allowed"]);
     site.drive().until_shows(&site.memory());
-    assert!(crowd.into_iter().next_back().unwrap().until_closed().iter().any(|text| text.contains("place")));
+    let last = crowd.pop().unwrap();
+    assert!(last.until_closed().contains(&"closed another viewer took this place".to_owned()));
+    // From now on the crowd acknowledges nothing, though there is something new.
+    site.connect().ask("PX 1 1 abcdef\nSYNC x\n");
+    faithful.until_shows(&site.memory());
     // The driver has gone; one more watcher fills the place, and after a while there are places again.
     let until = Instant::now() + PATIENCE;
     let mut others: Vec<Page> = Vec::new();
@@ -534,6 +538,7 @@ fn where_all_places_are_taken_the_one_who_drives_gets_one_and_who_is_behind_give
         faithful.text_that("depth ");
     }
     faithful.until_shows(&site.memory());
+    drop(crowd);
 }
 
 #[test]
