@@ -241,6 +241,11 @@ async function main() {
     await shows(small, await again.read(160, 200), "on a phone");
     const spill = await small.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
     assert(spill <= 0, `the page is ${spill} pixels too wide for a phone`);
+    await small.setViewportSize({ width: 360, height: 640 });
+    const buttonRows = await small.evaluate(() => new Set([...document.querySelectorAll("nav button:not([hidden])")]
+      .map((button) => button.offsetTop)).size);
+    assert.equal(buttonRows, 1, "the buttons of a narrow phone take one row");
+    await small.setViewportSize(phone.viewport);
     await small.tap("#stage");
     await small.screenshot({ path: `${pictures}/phone.png`, fullPage: true });
   } finally {

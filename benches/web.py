@@ -1,21 +1,24 @@
 #!/usr/bin/env python3
 """Measures the page in the browser: frames a second, latency, the server's share of a processor, and the other clients.
 
-    benches/web.py target/release/fbptr [--seconds 10] [--viewers 0,1,10,100] [--page CHROMIUM]
+    benches/web.py target/release/fbptr [--seconds 10] [--viewers 0,1,10,100] [--page CHROMIUM] [--pairs N] [--deaf]
 
 A Pixelflut client floods a server of 640x480 with one text command a pixel: two smooth pictures in turn, and the time in
 milliseconds as the colour of pixel (0, 0). Viewers are WebSocket clients that acknowledge each frame; the first one reads
 the time out of it. With --page one more viewer is the page itself in Chromium, driven by playwright-core, whose folder
-node_modules must be the working directory's.
+node_modules must be the working directory's. With --pairs the flood is measured N times without and with the viewers,
+in turns, on one server: they are a process of their own that runs where nothing else wants the processor, as it stands
+for other machines; the rate is what the server has drawn. With --deaf the viewers read nothing while frames of
+1920x1080 pixels of noise are drawn: the memory of the server.
 """
-import argparse, os, re, select, socket, struct, subprocess, sys, threading, time, zlib
+import argparse, os, re, select, socket, statistics, struct, subprocess, sys, threading, time, zlib
 
 W, H = 640, 480
 
 
 class Server:
-    def __init__(self, program):
-        line = [program, "serve", "--headless", "--size", f"{W}x{H}", "--listen", "127.0.0.1:0", "--web", "127.0.0.1:0"]
+    def __init__(self, program, size=f"{W}x{H}"):
+        line = [program, "serve", "--headless", "--size", size, "--listen", "127.0.0.1:0", "--web", "127.0.0.1:0"]
         self.process = subprocess.Popen(line, stderr=subprocess.PIPE, text=True)
         said = ""
         while "listening on tcp" not in said or "browser:" not in said:
@@ -117,6 +120,62 @@ def watch(viewers, until):
             sockets[ready].read(sockets[ready] is viewers[0])
 
 
+def rate(server, seconds):
+    """Returns the M pixels that the server draws a second for one client."""
+    sent, begun = [0], time.time()
+    flood(server.port, begun + seconds, sent)
+    return sent[0] / (time.time() - begun) / 1e6
+
+
+def pairs(program, count, seconds, rounds):
+    """Compares the flood without and with viewers, in turns."""
+    server, ratios = Server(program), []
+    try:
+        rate(server, 1)
+        for turn in range(rounds):
+            pair = {}
+            for with_viewers in (False, True) if turn % 2 == 0 else (True, False):
+                child = 0
+                if with_viewers:
+                    child = os.fork()
+                    if not child:
+                        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+                        watch([Viewer(server.web) for _ in range(count)], time.time() + 3600)
+                    time.sleep(1)
+                before, begun = server.ticks(), time.time()
+                drawn = rate(server, seconds)
+                total, web = (b - a for a, b in zip(before, server.ticks()))
+                pair[with_viewers] = drawn
+                print(f"    {count * with_viewers:3} viewers: {drawn:5.2f} M pixels/s, the page's thread "
+                      f"{100 * web / (time.time() - begun):.0f} %", flush=True)
+                if child:
+                    os.kill(child, 9)
+                    os.waitpid(child, 0)
+                    time.sleep(0.5)
+            ratios.append(pair[True] / pair[False])
+        print(f"{rounds} pairs, {count} viewers: the flood keeps {statistics.median(ratios):.3f} of its rate (median; "
+              f"{min(ratios):.3f} to {max(ratios):.3f})")
+    finally:
+        server.end()
+
+
+def deaf(program, count, seconds):
+    """Prints the most memory that a server had with viewers who read nothing."""
+    server = Server(program, "1920x1080")
+    try:
+        viewers = [Viewer(server.web) for _ in range(count)]
+        client, until, frames = socket.create_connection(("127.0.0.1", server.port)), time.time() + seconds, 0
+        while time.time() < until:
+            client.sendall(b"BLIT 0 0 1920 1080 :8294400\n" + os.urandom(8294400))
+            frames += 1
+        client.sendall(b"SIZE\n")
+        client.recv(64)
+        most = re.search(r"VmHWM:\s+(\d+)", open(f"/proc/{server.process.pid}/status").read())[1]
+        print(f"{len(viewers):3} viewers that read nothing, {frames} frames: at most {int(most) / 1024:.0f} MiB", flush=True)
+    finally:
+        server.end()
+
+
 def quantile(values, q):
     return sorted(values)[min(len(values) - 1, int(q * len(values)))] if values else float("nan")
 
@@ -161,7 +220,16 @@ def main():
     parser.add_argument("--seconds", type=float, default=10)
     parser.add_argument("--viewers", default="0,1,10,100")
     parser.add_argument("--page", metavar="CHROMIUM")
+    parser.add_argument("--pairs", type=int, default=0, metavar="N")
+    parser.add_argument("--deaf", action="store_true")
     args = parser.parse_args()
+    if args.deaf:
+        for count in map(int, args.viewers.split(",")):
+            deaf(args.program, count, args.seconds)
+        return
+    if args.pairs:
+        pairs(args.program, max(map(int, args.viewers.split(","))), args.seconds, args.pairs)
+        return
     for count in map(int, args.viewers.split(",")):
         measure(args.program, count, args.seconds, args.page)
 

@@ -57,8 +57,10 @@ struct Palette {
 /// # Safety
 /// `argument` is what the request asks for.
 pub unsafe fn request(device: &Device, request: u32, argument: *mut c_void) -> Result<(), i32> {
-    // The level and the wait have no address.
-    if argument.is_null() && !matches!(request, BLANK | WAIT_FOR_VSYNC) {
+    // The level and the wait have no address. A request that there is not is refused below.
+    let has_address = matches!(request, GET_VAR | PUT_VAR | GET_FIX | GET_PALETTE | PUT_PALETTE | PAN)
+        || matches!(request, GET_CONSOLE_MAP | PUT_CONSOLE_MAP | GET_VBLANK);
+    if argument.is_null() && has_address {
         return Err(abi::EFAULT);
     }
     if matches!(request, GET_VAR | PUT_VAR | GET_FIX | PAN) {

@@ -483,6 +483,65 @@ fn hostile_clients_change_nothing_for_others() {
 }
 
 #[test]
+fn pieces_of_a_message_without_end_stop_nobody() {
+    let site = Site::start(64, 48);
+    let mut viewer = site.watch();
+    let attacker = site.watch();
+    let mut hose = attacker.socket.get_ref().try_clone().unwrap();
+    // The first piece of a text, then pieces of no bytes: no limit of a message's length sees them.
+    let hosing = std::thread::spawn(move || {
+        hose.write_all(b"\x01\x81\0\0\0\0x").unwrap();
+        let block = b"\0\x80\0\0\0\0".repeat(10_000);
+        let mut sent = 0usize;
+        while sent < 1 << 30 && hose.write_all(&block).is_ok() {
+            sent += block.len();
+        }
+        sent
+    });
+    for round in 0..20 {
+        viewer.say("probe 1 1");
+        assert_eq!(viewer.text_that("depth "), "1 1 -", "round {round}");
+    }
+    assert!(hosing.join().unwrap() < 1 << 30, "it is closed");
+    viewer.until_shows(&site.memory());
+}
+
+#[test]
+fn where_all_places_are_taken_the_one_who_drives_gets_one_and_who_is_behind_gives_way() {
+    let site = Site::start(64, 48);
+    let address = site.page.address();
+    let mut faithful = site.watch();
+    faithful.until_shows(&site.memory());
+    let mut crowd: Vec<Page> = (1..128).map(|_| site.watch()).collect();
+    crowd.iter_mut().for_each(|page| page.until_shows(&site.memory()));
+    let mut late = Page::connect(address);
+    late.say("join ");
+    assert_eq!(late.until_closed(), ["closed there are as many viewers as are allowed"]);
+    site.drive().until_shows(&site.memory());
+    let last = crowd.pop().unwrap();
+    assert!(last.until_closed().contains(&"closed another viewer took this place".to_owned()));
+    // From now on the crowd acknowledges nothing, though there is something new.
+    site.connect().ask("PX 1 1 abcdef\nSYNC x\n");
+    faithful.until_shows(&site.memory());
+    // The driver has gone; one more watcher fills the place, and after a while there are places again.
+    let until = Instant::now() + PATIENCE;
+    let mut others: Vec<Page> = Vec::new();
+    while others.len() < 3 {
+        assert!(Instant::now() < until, "nobody gave way");
+        let mut page = Page::connect(address);
+        page.say("join ");
+        match page.next() {
+            Ok(()) => others.push(page),
+            Err(_) => std::thread::sleep(Duration::from_millis(100)),
+        }
+        faithful.say("probe 0 0");
+        faithful.text_that("depth ");
+    }
+    faithful.until_shows(&site.memory());
+    drop(crowd);
+}
+
+#[test]
 fn a_page_comes_back_after_the_server_was_restarted() {
     let site = Site::start(64, 48);
     let address = site.page.address();

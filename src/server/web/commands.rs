@@ -5,7 +5,8 @@
 //! bounded, and the connection's own reader and writer threads wait for them. Dropping a
 //! [`CommandLine`] ends the connection.
 
-use super::WebFeed;
+use super::socket::Viewer;
+use super::{WebFeed, WebTarget};
 use crate::command::EndOfInput;
 use crate::server::admission::{Admission, Slot};
 use crate::server::message::Medium;
@@ -81,6 +82,25 @@ impl CommandLine {
             Err(TryRecvError::Disconnected) => Err(()),
         }
     }
+}
+
+/// Runs lines of a viewer in a connection of its own, which the first one opens.
+pub(super) fn run_line(viewer: &mut Viewer, line: String, target: &WebTarget, feed: &Arc<WebFeed>) {
+    let WebTarget::Thread { link, admission } = target else { return };
+    let commands = match viewer.commands.take() {
+        Some(commands) => commands,
+        None => match CommandLine::open(link, admission, viewer.peer, feed) {
+            Ok(commands) => commands,
+            Err(reason) => {
+                viewer.note(format!("refused {reason}"));
+                return;
+            }
+        },
+    };
+    let mut bytes = line.into_bytes();
+    bytes.push(b'\n');
+    viewer.stalled = commands.send(bytes);
+    viewer.commands = Some(commands);
 }
 
 /// The connection's input.

@@ -6,7 +6,7 @@
 //! a bounded turn; compressed tiles that slow viewers hold beside the newest frame have at most
 //! [`HELD_BYTES`].
 
-use super::commands::CommandLine;
+use super::commands::run_line;
 use super::connection::{HttpConnection, PATIENCE, Step};
 use super::rights::Rights;
 use super::socket::{Gone, Viewer};
@@ -326,15 +326,19 @@ impl EventLoop {
         }
         let said = viewer.read(now)?;
         for what in said {
-            self.act(token, what)?;
+            self.act(token, what, now)?;
         }
         self.probe(token);
         Ok(())
     }
 
-    fn act(&mut self, token: usize, what: Said) -> Result<(), Gone> {
-        let viewers = self.viewers().count();
+    fn act(&mut self, token: usize, what: Said, now: Instant) -> Result<(), Gone> {
         let hello = self.hello();
+        let has_joined = self.members.get(&token).is_some_and(Member::has_joined);
+        let has_place = match &what {
+            Said::Join(word) if !has_joined => self.make_place(self.options.tokens.rights(word), now),
+            _ => true,
+        };
         let Some(Member { connection: Connection::Viewer(viewer), .. }) = self.members.get_mut(&token) else {
             return Err(Gone);
         };
@@ -344,7 +348,7 @@ impl EventLoop {
                     viewer.close("the link has no token, or an old one");
                     return Err(Gone);
                 };
-                if viewers >= MAX_VIEWERS {
+                if !has_place {
                     viewer.close("there are as many viewers as are allowed");
                     return Err(Gone);
                 }
@@ -355,13 +359,41 @@ impl EventLoop {
                 viewer.note(format!("listeners {}", u8::from(self.listeners)));
             }
             (None, _) | (Some(_), Said::Join(_)) => return Err(Gone),
-            (Some(_), Said::Ack(sequence)) => viewer.acknowledge(sequence),
+            (Some(_), Said::Ack(sequence)) => viewer.acknowledge(sequence, now),
             (Some(_), Said::Probe(x, y)) => viewer.probe = Some((x, y)),
             (Some(Rights::Watch), Said::Line(_) | Said::Event(_)) => viewer.note("denied".to_owned()),
             (Some(Rights::Drive), Said::Event(event)) => self.target.send(&self.feed, event),
             (Some(Rights::Drive), Said::Line(line)) => run_line(viewer, line, &self.target, &self.feed),
         }
         Ok(())
+    }
+
+    /// Makes sure that there is a place for one more viewer: where all are taken, one that does not
+    /// keep up gives way, and for who may drive the one that watches since the shortest time. Returns
+    /// whether there is one.
+    fn make_place(&mut self, rights: Option<Rights>, now: Instant) -> bool {
+        let Some(rights) = rights else { return false };
+        let viewers: Vec<(usize, Instant, bool, bool)> = (self.members.iter())
+            .filter_map(|(token, member)| match &member.connection {
+                Connection::Viewer(viewer) if viewer.rights.is_some() => {
+                    let watches = viewer.rights == Some(Rights::Watch);
+                    Some((*token, member.since, watches, viewer.is_behind(now)))
+                }
+                _ => None,
+            })
+            .collect();
+        if viewers.len() < MAX_VIEWERS {
+            return true;
+        }
+        let behind = viewers.iter().filter(|(.., is_behind)| *is_behind).min_by_key(|v| v.1);
+        let newest = viewers.iter().filter(|(_, _, watches, _)| *watches).max_by_key(|v| v.1);
+        let gives_way = behind.or(newest.filter(|_| rights == Rights::Drive)).map(|v| v.0);
+        if let Some(Member { connection: Connection::Viewer(viewer), .. }) =
+            gives_way.and_then(|token| self.members.get_mut(&token))
+        {
+            viewer.close("another viewer took this place");
+        }
+        gives_way.inspect(|token| self.remove(*token)).is_some()
     }
 
     /// Returns the JSON of the first message to a page, with a place for its rights.
@@ -428,25 +460,6 @@ impl EventLoop {
             }
         }
     }
-}
-
-/// Runs lines of a viewer in a connection of its own, which the first one opens.
-fn run_line(viewer: &mut Viewer, line: String, target: &WebTarget, feed: &Arc<WebFeed>) {
-    let WebTarget::Thread { link, admission } = target else { return };
-    let commands = match viewer.commands.take() {
-        Some(commands) => commands,
-        None => match CommandLine::open(link, admission, viewer.peer, feed) {
-            Ok(commands) => commands,
-            Err(reason) => {
-                viewer.note(format!("refused {reason}"));
-                return;
-            }
-        },
-    };
-    let mut bytes = line.into_bytes();
-    bytes.push(b'\n');
-    viewer.stalled = commands.send(bytes);
-    viewer.commands = Some(commands);
 }
 
 /// Lets the render thread go first where both want the processor.

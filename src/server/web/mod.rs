@@ -20,6 +20,7 @@ mod page;
 mod rights;
 mod socket;
 mod tiles;
+mod turn;
 mod wire;
 
 pub use feed::WebFeed;

@@ -8,6 +8,7 @@
 use super::commands::CommandLine;
 use super::rights::Rights;
 use super::tiles::{EncodedTile, TileFrame};
+use super::turn::TurnStream;
 use super::wire::{self, Said};
 use mio::net::TcpStream;
 use std::collections::VecDeque;
@@ -26,8 +27,13 @@ const FRAMES_AHEAD: usize = 2;
 const MESSAGES_A_TURN: usize = 32;
 /// Messages of a page in one second, at most; a pointer moves a few hundred times.
 const MESSAGES_A_SECOND: u32 = 4000;
+/// Bytes of a page in one second, at most: those of frames without a message count, too.
+const BYTES_A_SECOND: usize = 8 << 20;
 /// Small messages to a page that may be queued.
 const MAX_NOTES: usize = 16;
+/// Time without an acknowledgement, after which a viewer gives way to a new one where all places are
+/// taken.
+const BEHIND_AFTER: Duration = Duration::from_secs(5);
 /// Time without any message, after which a page is asked for one, and after which it has gone.
 const PING_AFTER: Duration = Duration::from_secs(20);
 const GONE_AFTER: Duration = Duration::from_secs(60);
@@ -45,7 +51,7 @@ struct Sending {
 
 /// A viewer's socket and its state.
 pub(super) struct Viewer {
-    socket: WebSocket<TcpStream>,
+    socket: WebSocket<TurnStream>,
     pub peer: IpAddr,
     /// `None` until the page has sent its first message.
     pub rights: Option<Rights>,
@@ -54,6 +60,8 @@ pub(super) struct Viewer {
     sending: Option<Sending>,
     /// Sequence numbers of frames that were sent and not acknowledged.
     unacknowledged: VecDeque<u64>,
+    /// The time since which the first of them is waited for.
+    waits_since: Instant,
     notes: VecDeque<Message>,
     pub commands: Option<CommandLine>,
     /// Bytes for the commands' connection that it has no room for; nothing is read meanwhile.
@@ -69,8 +77,8 @@ pub(super) struct Viewer {
     flushed_at: Instant,
     heard_at: Instant,
     pinged_at: Instant,
-    /// The running second and the number of messages in it.
-    second: (Instant, u32),
+    /// The running second, and the numbers of messages and bytes in it.
+    second: (Instant, u32, usize),
 }
 
 /// The viewer has gone, or must go.
@@ -88,12 +96,13 @@ impl Viewer {
             .max_frame_size(Some(MAX_MESSAGE_BYTES));
         let now = Instant::now();
         Viewer {
-            socket: WebSocket::from_partially_read(stream, part, Role::Server, Some(config)),
+            socket: WebSocket::from_partially_read(TurnStream::new(stream), part, Role::Server, Some(config)),
             peer,
             rights: None,
             seen: 0,
             sending: None,
             unacknowledged: VecDeque::new(),
+            waits_since: now,
             notes: VecDeque::new(),
             commands: None,
             stalled: None,
@@ -106,7 +115,7 @@ impl Viewer {
             flushed_at: now,
             heard_at: now,
             pinged_at: now,
-            second: (now, 0),
+            second: (now, 0, 0),
         }
     }
 
@@ -116,18 +125,26 @@ impl Viewer {
     /// If the page has gone, or sent what no page sends.
     pub fn read(&mut self, now: Instant) -> Result<Vec<Said>, Gone> {
         let mut said = Vec::new();
+        if now >= self.second.0 + Duration::from_secs(1) {
+            self.second = (now, 0, 0);
+        }
+        self.socket.get_mut().begin_turn();
         while said.len() < MESSAGES_A_TURN && self.is_readable && self.stalled.is_none() {
             let message = match self.socket.read() {
                 Ok(message) => message,
                 Err(Error::Io(e)) if e.kind() == ErrorKind::WouldBlock => {
-                    self.is_readable = false;
+                    // More is there if the turn's bytes are all that ended.
+                    self.is_readable = self.socket.get_ref().is_spent();
                     break;
                 }
                 Err(Error::Io(e)) if e.kind() == ErrorKind::Interrupted => continue,
                 Err(_) => return Err(Gone),
             };
             self.heard_at = now;
-            self.count(now)?;
+            self.second.1 += 1;
+            if self.second.1 > MESSAGES_A_SECOND {
+                return Err(Gone);
+            }
             match message {
                 Message::Text(text) => {
                     let what = wire::parse(&text).ok_or(Gone)?;
@@ -144,16 +161,8 @@ impl Viewer {
                 Message::Binary(_) | Message::Close(_) | Message::Frame(_) => return Err(Gone),
             }
         }
-        Ok(said)
-    }
-
-    /// Counts a message, and refuses a page that sends too many.
-    fn count(&mut self, now: Instant) -> Result<(), Gone> {
-        if now >= self.second.0 + Duration::from_secs(1) {
-            self.second = (now, 0);
-        }
-        self.second.1 += 1;
-        if self.second.1 > MESSAGES_A_SECOND { Err(Gone) } else { Ok(()) }
+        self.second.2 += self.socket.get_ref().bytes_read();
+        if self.second.2 > BYTES_A_SECOND { Err(Gone) } else { Ok(said) }
     }
 
     /// Queues a small message. Drops it if the page does not read.
@@ -164,15 +173,21 @@ impl Viewer {
     }
 
     /// Notes that the page shows a frame.
-    pub fn acknowledge(&mut self, sequence: u64) {
+    pub fn acknowledge(&mut self, sequence: u64, now: Instant) {
         while self.unacknowledged.front().is_some_and(|first| *first <= sequence) {
             self.unacknowledged.pop_front();
+            self.waits_since = now;
         }
     }
 
     /// Returns whether it can be sent another frame than that of `version`.
     pub fn is_ready(&self) -> bool {
         self.rights.is_some() && self.sending.is_none() && self.unacknowledged.len() < FRAMES_AHEAD
+    }
+
+    /// Returns whether its page has shown nothing new for long, though there is something.
+    pub fn is_behind(&self, now: Instant) -> bool {
+        !self.unacknowledged.is_empty() && now > self.waits_since + BEHIND_AFTER
     }
 
     /// Returns the sequence number of the frame that is on its way, if any.
@@ -206,7 +221,7 @@ impl Viewer {
                     Err(_) => return Err(Gone),
                 }
             }
-            let Some(message) = self.next_message(frame, stats) else { return Ok(()) };
+            let Some(message) = self.next_message(now, frame, stats) else { return Ok(()) };
             (self.is_flushed, self.flushed_at) = (false, now);
             match self.socket.write(message) {
                 Ok(()) => {}
@@ -217,7 +232,7 @@ impl Viewer {
         Ok(())
     }
 
-    fn next_message(&mut self, frame: &mut TileFrame, stats: Option<&str>) -> Option<Message> {
+    fn next_message(&mut self, now: Instant, frame: &mut TileFrame, stats: Option<&str>) -> Option<Message> {
         if let Some(note) = self.notes.pop_front() {
             return Some(note);
         }
@@ -243,6 +258,9 @@ impl Viewer {
             let tiles = frame.since(self.seen);
             let sequence = frame.version();
             self.sending = Some(Sending { sequence, frame: frame.frame(), tiles, next: 0 });
+            if self.unacknowledged.is_empty() {
+                self.waits_since = now;
+            }
             self.unacknowledged.push_back(sequence);
         }
         let sending = self.sending.as_mut()?;
@@ -278,6 +296,6 @@ impl Viewer {
 
     /// Returns the socket, to be registered and deregistered.
     pub fn stream(&mut self) -> &mut TcpStream {
-        self.socket.get_mut()
+        self.socket.get_mut().stream()
     }
 }

@@ -159,6 +159,7 @@ int main(int count, char **words)
     say("access to run", access("/dev/fb0", X_OK));
     printf("a terminal: %d\n", isatty(fd));
     say("vendor's request", ioctl(fd, 0x46ff, &v));
+    say("vendor's request without an argument", ioctl(fd, 0x46ff, NULL));
     say("null", ioctl(fd, FBIOGET_VSCREENINFO, NULL));
     modes(fd);
     palettes(fd);

@@ -168,7 +168,10 @@ function setStats(json) {
   $("server").hidden = false;
   $("clients").textContent = values.fbptr_connections;
   $("errors").textContent = values.fbptr_errors_total;
-  $("memory").textContent = `${short(values.fbptr_memory_used_bytes)} of ${short(values.fbptr_memory_limit_bytes)}`;
+  // A server without a limit tells the largest number there is.
+  const limit = values.fbptr_memory_limit_bytes;
+  $("memory").textContent =
+    short(values.fbptr_memory_used_bytes) + (limit <= Number.MAX_SAFE_INTEGER ? ` of ${short(limit)}` : "");
   if (earlier) {
     const seconds = (now - earlier.now) / 1000;
     const rate = (name) => short(Math.max(0, values[name] - earlier.values[name]) / seconds);
