@@ -97,5 +97,4 @@ impl Level {
 }
 
 /// True where the level NEON is compiled.
-const HAS_NEON: bool =
-    cfg!(all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"));
+const HAS_NEON: bool = cfg!(all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"));

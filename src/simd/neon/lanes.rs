@@ -1,7 +1,7 @@
 //! Vectors of 4 lanes of f32, i32 and booleans (all ones for true, zero for false), and their
 //! operators.
 
-use super::{Neon, registers};
+use super::Neon;
 use crate::simd::{F32, I32, Mask};
 use std::arch::aarch64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};

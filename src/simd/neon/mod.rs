@@ -12,7 +12,6 @@ macro_rules! registers {
         unsafe { $body }
     }};
 }
-use registers;
 
 mod lanes;
 mod records;

@@ -1,6 +1,6 @@
 //! Gathers and stores of whole records: transposition between lanes and consecutive memory.
 
-use super::{I, M, registers};
+use super::{I, M};
 use crate::simd::Mask;
 use std::arch::aarch64::*;
 
