@@ -13,7 +13,7 @@ pub(super) struct RenderArgs {
     /// Threads that draw [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Vectors that draw: auto, avx512, avx2 or portable
+    /// Vectors that draw: auto, avx512, avx2, neon or portable
     #[arg(long, value_name = "S", value_parser = simd, default_value = "auto")]
     simd: Simd,
     /// Leave faces out first that are hidden in their part of a tile: on or off
@@ -58,7 +58,7 @@ fn simd(text: &str) -> Result<Simd, String> {
         return Ok(Simd(None));
     }
     match Level::from_name(text) {
-        None => Err("expected auto, avx512, avx2 or portable".to_owned()),
+        None => Err("expected auto, avx512, avx2, neon or portable".to_owned()),
         Some(level) if !level.is_available() => Err(format!("this CPU has no {}", level.as_str())),
         level => Ok(Simd(level)),
     }

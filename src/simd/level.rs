@@ -16,6 +16,8 @@ pub trait Kernel {
 pub enum Level {
     /// Arrays of 4 lanes; available everywhere.
     Portable,
+    /// 4 lanes (little-endian AArch64 with NEON, which nearly all of them have).
+    Neon,
     /// 8 lanes (x86-64 with AVX2).
     Avx2,
     /// 16 lanes (x86-64 with AVX-512 F, BW, DQ, VL, CD).
@@ -24,7 +26,7 @@ pub enum Level {
 
 impl Level {
     /// Every level, from narrow to wide.
-    pub const ALL: [Level; 3] = [Level::Portable, Level::Avx2, Level::Avx512];
+    pub const ALL: [Level; 4] = [Level::Portable, Level::Neon, Level::Avx2, Level::Avx512];
 
     /// Returns the widest level that this CPU has; detected once.
     pub fn best() -> Level {
@@ -48,8 +50,10 @@ impl Level {
                     && std::is_x86_feature_detected!("avx512vl")
                     && std::is_x86_feature_detected!("avx512cd")
             }
+            // Part of the target, not detected.
+            Level::Neon => HAS_NEON,
             #[cfg(not(target_arch = "x86_64"))]
-            _ => false,
+            Level::Avx2 | Level::Avx512 => false,
         }
     }
 
@@ -57,6 +61,7 @@ impl Level {
     pub const fn as_str(self) -> &'static str {
         match self {
             Level::Portable => "portable",
+            Level::Neon => "neon",
             Level::Avx2 => "avx2",
             Level::Avx512 => "avx512",
         }
@@ -83,6 +88,13 @@ impl Level {
                 return unsafe { super::avx2::run(kernel) };
             }
         }
+        #[cfg(all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"))]
+        if self >= Level::Neon {
+            return kernel.run(super::neon::Neon);
+        }
         kernel.run(Portable::<4>)
     }
 }
+
+/// True where the level NEON is compiled.
+const HAS_NEON: bool = cfg!(all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"));

@@ -1,14 +1,14 @@
 //! SIMD vectors of 16, 8 or 4 lanes.
 //!
 //! A kernel is written once, over the trait [`Simd`], and run at a [`Level`] that is chosen once at
-//! start from the features of the CPU: AVX-512 (16 lanes), AVX2 (8 lanes), or portable arrays (4
-//! lanes), which are the scalar reference for the other two. Every operation is exact or correctly
-//! rounded, in a fixed order, without FMA and without approximate reciprocals, so a kernel that
-//! treats its lanes alike gives the same bytes at every level.
+//! start from the features of the CPU: AVX-512 (16 lanes), AVX2 (8 lanes), NEON (4 lanes), or
+//! portable arrays (4 lanes), which are the scalar reference for the others. Every operation is exact
+//! or correctly rounded, in a fixed order, without FMA and without approximate reciprocals, so a
+//! kernel that treats its lanes alike gives the same bytes at every level.
 //!
-//! Safety: the token of a level (and with it any vector of that level) is created only inside
+//! Safety: the token of an x86 level (and with it any vector of that level) is created only inside
 //! [`Level::dispatch`], after the CPU's features were checked. The trait `Evidence` of `x86.rs` is
-//! the contract.
+//! the contract. NEON is compiled only where every CPU of the target has it.
 #![allow(unsafe_code)]
 
 pub mod allocator;
@@ -21,6 +21,8 @@ pub mod bytes;
 mod crt;
 mod fill;
 mod level;
+#[cfg(all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"))]
+mod neon;
 mod pixels;
 mod portable;
 pub mod prefetch;

@@ -73,6 +73,13 @@ fn yes(b: bool) -> i32 {
     -(b as i32)
 }
 
+/// Returns `a` where the mask's lane is set, else `b`: bits, because compilers make a branch of a
+/// choice between two numbers.
+#[inline(always)]
+fn chosen(mask: i32, a: i32, b: i32) -> i32 {
+    (a & mask) | (b & !mask)
+}
+
 impl<const N: usize> F32<Portable<N>> for FloatLanes<N> {
     #[inline(always)]
     fn sqrt(self) -> Self {
@@ -115,19 +122,26 @@ impl<const N: usize> F32<Portable<N>> for FloatLanes<N> {
 /// Rounds towards zero like the vector units: values out of range give `i32::MIN`.
 #[inline(always)]
 fn truncate(a: f32) -> i32 {
-    if (-2_147_483_648.0..2_147_483_648.0).contains(&a) { a as i32 } else { i32::MIN }
+    let fits = yes((-2_147_483_648.0..2_147_483_648.0).contains(&a));
+    let inside = f32::from_bits(a.to_bits() & fits as u32);
+    // SAFETY: the number is 0 or within the range of i32. The conversion that saturates takes four
+    // times as many instructions.
+    chosen(fits, unsafe { inside.to_int_unchecked() }, i32::MIN)
 }
+
+/// From here on every f32 is an integer.
+const INTEGERS: f32 = 8_388_608.0;
 
 /// Floor without a call to the system's libm: integers, infinities and NaN are returned unchanged.
 #[inline(always)]
 fn floor(a: f32) -> f32 {
-    if a.abs() < 8_388_608.0 {
-        let t = a as i32 as f32;
-        // The sign of zero is kept: -0.0 floors to -0.0, and -0.3 truncates to 0 but floors to -1.
-        (if t > a { t - 1.0 } else { t }).copysign(a)
-    } else {
-        a
-    }
+    // The sum has no room for a fraction: this rounds to the nearest integer, ties to even.
+    let nearest = ((a.abs() + INTEGERS) - INTEGERS).copysign(a);
+    let above = yes(nearest > a);
+    // The sign of zero is kept: -0.0 floors to -0.0, and 0.7 rounds to 1 but floors to 0.
+    let floor = (nearest - f32::from_bits(above as u32 & 1f32.to_bits())).copysign(a);
+    let has_fraction = yes(a.abs() < INTEGERS);
+    f32::from_bits(chosen(has_fraction, floor.to_bits() as i32, a.to_bits() as i32) as u32)
 }
 
 impl<const N: usize> I32<Portable<N>> for IntLanes<N> {
@@ -145,11 +159,11 @@ impl<const N: usize> I32<Portable<N>> for IntLanes<N> {
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        IntLanes(from_fn(|i| self.0[i].min(other.0[i])))
+        IntLanes(from_fn(|i| chosen(yes(self.0[i] < other.0[i]), self.0[i], other.0[i])))
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        IntLanes(from_fn(|i| self.0[i].max(other.0[i])))
+        IntLanes(from_fn(|i| chosen(yes(self.0[i] > other.0[i]), self.0[i], other.0[i])))
     }
     #[inline(always)]
     fn eq(self, other: Self) -> MaskLanes<N> {
@@ -291,11 +305,12 @@ impl<const N: usize> Simd for Portable<N> {
     }
     #[inline(always)]
     fn select(self, mask: MaskLanes<N>, a: FloatLanes<N>, b: FloatLanes<N>) -> FloatLanes<N> {
-        FloatLanes(from_fn(|i| if mask.0[i] != 0 { a.0[i] } else { b.0[i] }))
+        let bits = |v: f32| v.to_bits() as i32;
+        FloatLanes(from_fn(|i| f32::from_bits(chosen(mask.0[i], bits(a.0[i]), bits(b.0[i])) as u32)))
     }
     #[inline(always)]
     fn select_i(self, mask: MaskLanes<N>, a: IntLanes<N>, b: IntLanes<N>) -> IntLanes<N> {
-        IntLanes(from_fn(|i| if mask.0[i] != 0 { a.0[i] } else { b.0[i] }))
+        IntLanes(from_fn(|i| chosen(mask.0[i], a.0[i], b.0[i])))
     }
     #[inline(always)]
     fn lookup(self, table: &[i32; 8], index: IntLanes<N>) -> IntLanes<N> {
@@ -305,7 +320,9 @@ impl<const N: usize> Simd for Portable<N> {
     fn gather_bytes(self, mask: MaskLanes<N>, from: &[u8], index: IntLanes<N>) -> IntLanes<N> {
         let from = from.as_chunks::<4>().0;
         IntLanes(from_fn(|i| {
-            if mask.0[i] != 0 { i32::from_le_bytes(from[index.0[i] as u32 as usize]) } else { 0 }
+            // Unset lanes read pixel 0, if there is one.
+            let at = (index.0[i] & mask.0[i]) as u32 as usize;
+            if mask.0[i] != 0 || !from.is_empty() { i32::from_le_bytes(from[at]) & mask.0[i] } else { 0 }
         }))
     }
     #[inline(always)]
@@ -314,16 +331,16 @@ impl<const N: usize> Simd for Portable<N> {
     }
     #[inline(always)]
     fn gather_pairs(self, mask: MaskLanes<N>, from: &[[u16; 4]], index: IntLanes<N>) -> [IntLanes<N>; 4] {
-        let pairs: [[[u16; 4]; 2]; N] = from_fn(|i| {
+        // Whole records are loaded: numbers of 16 bits would be moved one by one.
+        let record = |[a, b, c, d]: [u16; 4]| {
+            u64::from(a) | u64::from(b) << 16 | u64::from(c) << 32 | u64::from(d) << 48
+        };
+        let pairs: [[u64; 2]; N] = from_fn(|i| {
             let at = (index.0[i] & mask.0[i]) as u32 as usize;
-            [from[at], from[at + 1]]
+            let &[first, second] = from[at..].first_chunk().expect("a record and its successor");
+            [record(first), record(second)]
         });
-        from_fn(|w| {
-            IntLanes(from_fn(|i| {
-                let [low, high] = [0, 1].map(|k| pairs[i][w / 2][w % 2 * 2 + k] as i32);
-                high << 16 | low
-            }))
-        })
+        from_fn(|w| IntLanes(from_fn(|i| (pairs[i][w / 2] >> (w % 2 * 32)) as i32)))
     }
     #[inline(always)]
     fn gather_byte_pairs(self, mask: MaskLanes<N>, from: &[u8], index: IntLanes<N>) -> [IntLanes<N>; 2] {

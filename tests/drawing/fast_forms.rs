@@ -95,7 +95,8 @@ fn step(format: DepthFormat) -> f64 {
 #[test]
 fn every_depth_format_hidden_surface_method_and_projection_is_drawn_as_by_the_plain_path() {
     let mut fast = Renderer::default();
-    let others: Vec<_> = Level::ALL.into_iter().flat_map(|l| [1, 2, 3, 16].map(|t| (l, t))).collect();
+    let levels = Level::ALL.into_iter().filter(|l| l.is_available());
+    let others: Vec<_> = levels.flat_map(|l| [1, 2, 3, 16].map(|t| (l, t))).collect();
     let mut others: Vec<_> = others.into_iter().map(|(l, t)| renderer(l, t, RenderPath::Fast)).collect();
     // Narrower than a vector, one pixel high, partial and full tiles, more than one tile row.
     let sizes = [(1, 1), (3, 70), (16, 1), (17, 33), (131, 20), (290, 70)];

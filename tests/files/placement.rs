@@ -47,7 +47,7 @@ fn a_clamped_picture_is_one_that_repeats_drawn_with_clamp() {
     for filter in Filter::ALL.iter().copied() {
         let [repeat, clamp] =
             [Wrap::Repeat, Wrap::Clamp].map(|wrap| Sampling { filter, wrap_s: wrap, wrap_t: wrap });
-        for simd in Level::ALL {
+        for simd in Level::ALL.into_iter().filter(|l| l.is_available()) {
             let tiles = || RenderOptions { simd: Some(simd), ..RenderOptions::default() };
             let plain = || RenderOptions { path: RenderPath::Plain, ..tiles() };
             for options in [&tiles as &dyn Fn() -> RenderOptions, &plain] {

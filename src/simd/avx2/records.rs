@@ -73,3 +73,27 @@ unsafe fn two_rows<const STRIDE: usize>(from: *const u8, at: &Spill<8>, k: usize
     // SAFETY: as promised by the caller.
     unsafe { rows_of_two::<STRIDE>(from, at.pair(k), at.pair(k + 2)) }
 }
+
+/// Moves the lower half to the upper one, over zeros.
+///
+/// # Safety
+/// The CPU must have AVX2.
+#[inline(always)]
+pub(super) unsafe fn upwards(v: Ints) -> Ints {
+    // SAFETY: as promised by the caller; no memory is accessed.
+    unsafe { _mm256_permute2x128_si256::<0x08>(v, v) }
+}
+
+/// Returns the lanes of `v` whose number is that of a set lane further down: in each 16 bytes, those
+/// from byte END on of the second part, then the first part's.
+///
+/// # Safety
+/// The CPU must have AVX2.
+#[inline(always)]
+pub(super) unsafe fn repeats<const END: i32>(v: Ints, [numbers, set]: [[Ints; 2]; 2]) -> Ints {
+    // SAFETY: as promised by the caller; no memory is accessed.
+    unsafe {
+        let other = _mm256_alignr_epi8::<END>(numbers[0], numbers[1]);
+        and_si(cmpeq_epi32(v, other), _mm256_alignr_epi8::<END>(set[0], set[1]))
+    }
+}

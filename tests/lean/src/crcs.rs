@@ -2,10 +2,12 @@
 //! mesh of a folder of test data, and random scenes. Two builds of it print the same lines if they
 //! draw the same bytes.
 //!
-//! Usage: `crcs DATA [COUNT] [--spoil]`, where `DATA` is `tests/data` and `COUNT` the number of random scenes.
+//! Usage: `crcs DATA [COUNT] [--spoil] [--portable]`, where `DATA` is `tests/data` and `COUNT` the number of random scenes.
 //! Pictures that have a golden file in `DATA/x3d/golden` are compared with it; a difference, as a
 //! scene that no longer loads, ends the program with status 1. With `--spoil` the lowest bit of one
-//! pixel of each random picture is changed, so that a comparison of the lines can be tested.
+//! pixel of each random picture is changed, so that a comparison of the lines can be tested. With
+//! `--portable` the random pictures are drawn by the portable path; otherwise by the widest vectors,
+//! whose name is printed to standard error.
 
 mod random;
 
@@ -13,6 +15,7 @@ use fbptr::eye::EyeScene;
 use fbptr::load::{SandboxDir, x3d};
 use fbptr::pipeline::{self, SceneOptions};
 use fbptr::save::golden;
+use fbptr::simd::Level;
 use fbptr::{Framebuffer, Scene};
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -44,9 +47,12 @@ fn main() -> Outcome {
         fbptr::eye::blit(&fbptr::eye::render(&scene), fb.memory_mut(), 0, 0, SIZE[0] as i32, SIZE[1] as i32);
         println!("eye {} {:08x}", name(&path, &data), fb.crc());
     }
+    let is_given = |flag: &str| flags.iter().any(|given| given == flag);
+    let level = if is_given("--portable") { Level::Portable } else { Level::best() };
+    eprintln!("random pictures by {} vectors", level.as_str());
     for seed in 0..count {
-        let mut fb = random::picture(seed)?;
-        if !flags.is_empty() {
+        let mut fb = random::picture(seed, Some(level))?;
+        if is_given("--spoil") {
             let offset = seed * 4 % fb.memory().bytes().len() as u64;
             let byte = fb.peek(offset, 1)?[0];
             fb.poke(offset, &[byte ^ 1])?;

@@ -3,9 +3,11 @@
 use fbptr::draw2d::Blend;
 use fbptr::glam::{DMat4, DVec3};
 use fbptr::memory::DepthFormat;
+use fbptr::pipeline::{RenderOptions, Renderer};
 use fbptr::scene::{
     Attenuation, Cull, Filter, HiddenSurface, Interpolation, LightKind, Sampling, ShadeMode, Wrap, shapes,
 };
+use fbptr::simd::Level;
 use fbptr::{Framebuffer, Light, Material, Mesh};
 use std::error::Error;
 use std::sync::Arc;
@@ -45,10 +47,11 @@ impl Random {
     }
 }
 
-/// Returns the picture of a seed.
-pub fn picture(seed: u64) -> Result<Framebuffer, Box<dyn Error>> {
+/// Returns the picture of a seed, drawn by a level of vectors or by the widest one.
+pub fn picture(seed: u64, simd: Option<Level>) -> Result<Framebuffer, Box<dyn Error>> {
     let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
     let mut fb = Framebuffer::new(SIZE[0], SIZE[1])?;
+    fb.set_renderer(Renderer::new(RenderOptions { simd, ..RenderOptions::default() }));
     fb.state.depth_format = random.pick(&DepthFormat::ALL);
     for _ in 0..8 {
         figure(&mut fb, &mut random)?;
