@@ -46,6 +46,9 @@ class Scene(_native.Scene):
         width, height = self.size
         return numpy.frombuffer(self.pixels(frame), numpy.uint8).reshape(height, width, 4)
 
+    def __reduce__(self):
+        raise TypeError("a Scene cannot be pickled or copied: send the file's path or bytes, and load it there")
+
     def _repr_png_(self):
         return self.png(0)
 

@@ -262,3 +262,9 @@ impl Scene {
 pub fn write_file(py: Python<'_>, path: PathBuf, data: Vec<u8>) -> PyResult<()> {
     py.detach(|| save::atomically(&path, |out| out.write_all(&data)).map_err(|e| os_error(&e, &path)))
 }
+
+/// Removes the unfinished files that killed processes left in a folder, and none of a living one.
+#[pyfunction]
+pub fn remove_leftovers(py: Python<'_>, folder: PathBuf) {
+    py.detach(|| save::remove_leftovers_in(&folder));
+}

@@ -17,6 +17,7 @@ import pytest
 import fbptr
 import fbptr.batch
 from fbptr.batch import BatchError, tasks
+from fbptr.batch.manifest import Manifest
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "..", "examples"))
@@ -96,6 +97,28 @@ def test_frames_are_files_with_a_manifest_and_only_missing_ones_are_drawn(tmp_pa
     assert fbptr.batch.render(MESH, 6, tmp_path, (16, 12), format="obj", progress=False).there == 0
     with pytest.raises(ValueError, match="one batch a folder"):
         fbptr.batch.render(MESH, 6, tmp_path, (16, 12), format="obj", name="other", progress=False)
+
+
+def test_lines_of_other_frames_stay_when_some_are_forgotten(tmp_path):
+    fbptr.batch.render(MESH, 6, tmp_path, (32, 24), format="obj", progress=False)
+    before = manifest(tmp_path)
+    # What a killed process leaves, and what is nobody's.
+    (tmp_path / ".fbptr-1-2.tmp").write_bytes(b"half a picture")
+    (tmp_path / ".other.tmp").write_bytes(b"")
+    template = {key: before[0][key] for key in ("of", "size", "fps", "version", "recipe")}
+    kept = Manifest(tmp_path, template, str(tmp_path / "frame-%04d.png"))
+    try:
+        assert not (tmp_path / ".fbptr-1-2.tmp").exists() and (tmp_path / ".other.tmp").exists()
+        kept.forget([1, 4])
+        assert manifest(tmp_path) == [before[k] for k in (0, 2, 3, 5)]
+        kept.append({key: value for key, value in before[4].items() if key not in template})
+        assert manifest(tmp_path)[-1] == before[4]
+        with pytest.raises(BlockingIOError, match="another process"):
+            Manifest(tmp_path, template, kept.pattern)
+    finally:
+        kept.close()
+    report = fbptr.batch.render(MESH, 6, tmp_path, (32, 24), format="obj", progress=False)
+    assert report.there == 5 and [line["frame"] for line in manifest(tmp_path)] == [0, 2, 3, 5, 4, 1]
 
 
 def program():
@@ -292,6 +315,51 @@ def test_a_worker_that_disagrees_is_named_and_its_items_are_drawn_again(client):
         assert report.values == list(range(60))
     finally:
         client.run(break_crcs, 0)
+
+
+def random_bytes(number):
+    return os.urandom(8) if number == 20 else b"same"
+
+
+def test_a_function_without_equal_results_blames_no_worker(client):
+    options = {"client": client, "chunk": 5, "verify": 20, "progress": False}
+    with pytest.raises(BatchError, match="20 failed: .* other ones each time: with verify=0") as caught:
+        fbptr.batch.map(random_bytes, range(40), **options)
+    report = caught.value.report
+    assert not report.accused and len(report.crcs) == 39 and report.values[20] is None
+    assert report.verified == 1
+    assert not fbptr.batch.map(random_bytes, range(40), **{**options, "verify": 0}).missing
+
+
+def proofs_fail(count):
+    """Lets the next proofs on a worker fail."""
+    import functools
+
+    from fbptr.batch import tasks
+
+    prove = tasks.MapJob.__dict__.get("right_prove", tasks.MapJob.prove)
+    tasks.MapJob.right_prove = prove
+    left = [count]
+
+    @functools.wraps(prove)
+    def failing(self, index, param):
+        left[0] -= 1
+        if left[0] >= 0:
+            raise MemoryError("no room for a proof")
+        return prove(self, index, param)
+
+    tasks.MapJob.prove = failing
+
+
+@pytest.mark.parametrize("count", [1, 1000])
+def test_a_proof_that_fails_blames_no_worker(client, count):
+    client.run(proofs_fail, count)
+    try:
+        report = fbptr.batch.map(slow, range(40), client=client, chunk=4, verify=20, progress=False)
+    finally:
+        client.run(proofs_fail, 0)
+    assert report.values == list(range(40)) and not report.accused
+    assert (report.verified, "not verified: MemoryError: no room" in str(report)) == ((2, False) if count == 1 else (0, True))
 
 
 def full(number):
