@@ -67,6 +67,8 @@ class Scene:
         size: tuple[int, int] | None = None,
         background: str | None = None,
         shade: str | None = None,
+        near: float | None = None,
+        far: float | None = None,
         turns: list[str] = ...,
         threads: int = 1,
     ) -> None: ...

@@ -36,6 +36,8 @@ class Questions(_Base):
         """
         if isinstance(text, str):
             return self._run(text.encode("utf-8", "surrogateescape")).decode("utf-8", "surrogateescape")
+        if isinstance(text, int):
+            raise TypeError("a text of commands is str or bytes, got %r" % (text,))
         return self._run(bytes(text))
 
     def numpy(self, copy: bool = False) -> numpy.ndarray:

@@ -29,7 +29,8 @@ class Scene(_native.Scene):
 
         Files that it names are read in the file's folder, or in `root`. Options: `frames`, `fps`,
         `time` in seconds, `size` as (width, height), `background` as a colour's name, `shade`
-        ("wire", "flat", "gouraud", "phong"), `turns`, `threads` (1; 0 is all cores).
+        ("wire", "flat", "gouraud", "phong"), `near` and `far` as distances to the planes, `turns`,
+        `threads` (1; 0 is all cores).
         """
         data, format, name, root = read(source, format, name, root)
         scene = cls(data, format, name, folder=root, **options)

@@ -74,6 +74,9 @@ def test_a_scene_draws_any_frame_in_any_order():
         scene.pixels(8)
     with pytest.raises(ValueError, match="expected the format"):
         fbptr.Scene.load(MESH, format="dxf")
+    for planes, expected in (({"near": 0}, "above 0"), ({"far": float("nan")}, "above 0"), ({"near": 2, "far": 2}, "less than")):
+        with pytest.raises(ValueError, match=expected):
+            fbptr.Scene.load(MESH, format="obj", **planes)
     with pytest.raises(ValueError, match="from 0 to 3"):
         fbptr.Scene.load(tesseract((8, 8)), format="json", turns=["0,4,90"])
 
@@ -196,6 +199,22 @@ def test_a_full_disk_is_said_and_nothing_is_lost(tmp_path):
     assert report.there == len(lines) and report.missing == 0
 
 
+MAPPED = """
+import resource, signal, sys
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (64, 64))
+import fbptr, fbptr.batch
+fbptr.batch.map(lambda i: fbptr.Framebuffer(64, 64), range(9), out=sys.argv[1], ending="raw", progress=False)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no limit of file sizes")
+def test_a_full_disk_ends_a_map_of_framebuffers(tmp_path):
+    ended = subprocess.run([sys.executable, "-c", MAPPED, str(tmp_path)], capture_output=True, text=True)
+    assert ended.returncode == 1 and "0 of 9 are there; stopped: [Errno 27]" in ended.stderr, ended.stderr
+    assert os.listdir(tmp_path) == [], "no temporary file"
+
+
 def test_crcs_do_not_depend_on_the_process():
     frame = fbptr.Framebuffer(8, 8)
     frame.clear("red")
@@ -205,7 +224,37 @@ def test_crcs_do_not_depend_on_the_process():
     assert tasks.crc_of(1.5) != tasks.crc_of(1.25)
 
 
+# A far plane that comes nearer by 8 a second, from 21: at 1.85 s, frame 37, it is nearer than 6.3.
+NEARER = b"""<X3D profile="Interchange" version="4.0"><Scene>
+  <Viewpoint DEF="Eye" position="0 0 9" nearDistance="1" farDistance="21"/>
+  <Shape><Appearance><Material/></Appearance><Sphere/></Shape>
+  <TimeSensor DEF="Clock" cycleInterval="2" loop="true"/>
+  <ScalarInterpolator DEF="Far" key="0 1" keyValue="21 5"/>
+  <ROUTE fromNode="Clock" fromField="fraction_changed" toNode="Far" toField="set_fraction"/>
+  <ROUTE fromNode="Far" fromField="value_changed" toNode="Eye" toField="farDistance"/>
+</Scene></X3D>"""
+
+
+def render_nearer(out, client=None):
+    options = {"format": "x3d", "fps": 20, "near": 6.3, "errors": "return", "progress": False}
+    return fbptr.batch.render(NEARER, 38, out, (32, 24), client=client, **options)
+
+
+def test_a_scene_that_fails_at_a_frame_is_named(tmp_path):
+    report = render_nearer(tmp_path)
+    assert list(report.failed) == [37] and "frame 37: camera" in report.failed[37]
+    assert len(manifest(tmp_path)) == 37 == len(report.crcs)
+    assert "37 of 38 are there, 37 from before; 37 failed:" in str(render_nearer(tmp_path))
+
+
 # On a cluster.
+
+
+def test_a_scene_that_fails_at_a_frame_is_named_by_a_cluster(client, tmp_path):
+    report = render_nearer(tmp_path, client)
+    assert list(report.failed) == [37] and "frame 37: camera" in report.failed[37]
+    assert len(manifest(tmp_path)) == 37 and report.crcs == render_nearer(None).crcs
+    assert not report.accused
 
 
 def render(client, out=None, **options):
