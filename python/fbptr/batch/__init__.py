@@ -29,7 +29,7 @@ def render(
     scene, frames, out=None, size=None, client=None, *, name="frame", ending="png", first=0, last=None,
     format=None, root=None, fps=25.0, time=0.0, background=None, shade=None, near=None, far=None, turns=(),
     write="worker", verify=50, retries=2, chunk=None, chunk_seconds=0.5, progress=None, cancel=None, errors="raise",
-):  # fmt: skip
+) -> Report:  # fmt: skip
     """Draws frames `first` to `last` (both inclusive, from 0) of `frames`. Returns a `Report`.
 
     `scene` is a path, or the bytes of a scene with their `format`; `fps`, `time`, `size`, `background`,
@@ -87,7 +87,7 @@ def render(
 def map(
     fn, params, client=None, *, out=None, name="item", ending="png", results="values", verify=50, retries=2,
     chunk=None, chunk_seconds=0.5, progress=None, cancel=None, errors="raise",
-):  # fmt: skip
+) -> Report:  # fmt: skip
     """Calls `fn(param)` for every one of `params`. Returns a `Report` whose `values` are the results.
 
     A result is anything that can be sent and whose CRC is the same in every process: numbers, text,
