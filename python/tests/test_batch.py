@@ -344,6 +344,24 @@ def test_a_worker_of_another_version_is_named_and_left_out(client):
         client.run(set_version, fbptr.__version__)
 
 
+def test_where_one_worker_is_left_out_the_other_may_die_and_come_back(client):
+    first, second = sorted(client.scheduler_info(n_workers=-1)["workers"])
+    client.run(set_version, "0.0.1", workers=[second])
+    killed = []
+
+    def kill(done, count):
+        if done >= 20 and not killed:
+            killed.append(client.run(os.getpid, workers=[first])[first])
+            os.kill(killed[0], signal.SIGKILL)
+
+    try:
+        report = render(client, chunk=3, verify=0, progress=kill)
+        assert killed and report.crcs == expected() and list(report.accused) == [second]
+    finally:
+        client.wait_for_workers(2, timeout=60)
+        client.run(set_version, fbptr.__version__)
+
+
 def break_crcs(by):
     """Lets a worker count wrong from now on."""
     from fbptr.batch import tasks

@@ -24,6 +24,10 @@ IN_FLIGHT = 2
 MOST_DEATHS = 5
 # Seconds for which the list of workers is good.
 LISTED = 1.0
+# Seconds after which a result that does not arrive is looked into.
+FETCHED = 3.0
+# Seconds for which a worker that died may come back, if all others are left out.
+PATIENCE = 30.0
 # Seconds after which a cancellation is looked for.
 WAIT = 0.2
 
@@ -125,6 +129,8 @@ class _Cluster:
         self.failures = collections.Counter()
         # Threads of each worker, and when they were asked for.
         self.listed, self.asked = {}, float("-inf")
+        # Workers that were ever there, and since when none of them may draw.
+        self.seen, self.idle_since = set(), None
         # Workers that a task is bound to.
         self.bound = {}
         # Futures that have ended, put there by Dask's threads.
@@ -169,6 +175,7 @@ class _Cluster:
         if time.monotonic() - self.asked > LISTED:
             info = self.client.scheduler_info(n_workers=-1)["workers"]
             self.listed = {address: worker["nthreads"] for address, worker in info.items()}
+            self.seen.update(info)
             self.asked = time.monotonic()
         return {address: n for address, n in self.listed.items() if address not in self.report.accused}
 
@@ -197,10 +204,14 @@ class _Cluster:
             return
         workers = self.workers()
         if not workers and self.report.accused:
-            # Where none is there at all, one may come back.
-            if self.listed:
+            # Where none is there at all, one may come back; where one died, too, but not for ever.
+            now = time.monotonic()
+            self.idle_since = self.idle_since or now
+            has_died = bool(self.seen - set(self.listed) - set(self.report.accused))
+            if self.listed and not (has_died and now - self.idle_since < PATIENCE):
                 self.report.stopped = "every worker was left out"
             return
+        self.idle_since = None
         threads = max(sum(workers.values()), 1)
         chosen = list(workers) if self.report.accused else None
         for _ in range(len(self.to_prove)):
@@ -238,12 +249,13 @@ class _Cluster:
         """Takes what became of a task."""
         items = self.tasks.pop(future, None)
         index = self.proofs.pop(future, None)
-        self.bound.pop(future, None)
+        bound = self.bound.pop(future, None)
         if items is None and index is None:
             # It was put back.
             return
         try:
-            part = future.result() if future.status == "finished" else None
+            has_failed = future.status in ("error", "cancelled")
+            part = None if has_failed else self.fetched(future, bound)
             why = None if part is not None else future.exception()
         except Exception as error:
             part, why = None, error
@@ -258,6 +270,18 @@ class _Cluster:
             self.compare(index, part)
         else:
             self.took(items, part)
+
+    def fetched(self, future, bound):
+        """Returns the result of a task that has ended. If its worker dies before the result is here,
+        Dask runs the task again, but one that is bound to dead workers never: that raises."""
+        while True:
+            try:
+                return future.result(timeout=FETCHED)
+            except TimeoutError:
+                self.workers()
+                if bound is not None and not any(address in self.listed for address in bound):
+                    self.client.cancel([future])
+                    raise
 
     def again(self, items, index):
         """Puts back what a task was to do."""
