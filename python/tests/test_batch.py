@@ -358,7 +358,7 @@ def test_where_one_worker_is_left_out_the_other_may_die_and_come_back(client):
         report = render(client, chunk=3, verify=0, progress=kill)
         assert killed and report.crcs == expected() and list(report.accused) == [second]
     finally:
-        client.wait_for_workers(2, timeout=60)
+        client.wait_for_workers(2, timeout=120)
         client.run(set_version, fbptr.__version__)
 
 
