@@ -21,6 +21,15 @@ __all__ = [
     "SharedMemory", "__version__", "animate", "box", "cone", "cylinder", "faces", "knot", "obj", "sphere", "teapot",
 ]
 
+# What type checkers take for true; a program has them from `__getattr__`.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from . import animation, batch, client, errors, scene
+    from .animation import Animation, animate
+    from .client import Client, SharedMemory
+    from .errors import CommandError, CommandWarning
+    from .scene import Scene
+
 # Imported when they are first used: an import of the package takes less time than a frame is shown.
 _LATER = {
     "Animation": "animation",

@@ -36,6 +36,8 @@ class Questions(_Base):
         """
         if isinstance(text, str):
             return self._run(text.encode("utf-8", "surrogateescape")).decode("utf-8", "surrogateescape")
+        if isinstance(text, int):
+            raise TypeError("a text of commands is str or bytes, got %r" % (text,))
         return self._run(bytes(text))
 
     def numpy(self, copy: bool = False) -> numpy.ndarray:
@@ -45,8 +47,12 @@ class Questions(_Base):
         """
         import numpy
 
-        array = numpy.asarray(memoryview(self))
-        return array.copy() if copy else array
+        if copy:
+            # Not by a view: while one is held other threads may not draw, and numpy copies without
+            # the interpreter's lock.
+            taken = numpy.frombuffer(bytearray(self[:]), numpy.uint8)
+            return taken.reshape(self.height, self.width, 4)
+        return numpy.asarray(memoryview(self))
 
     def trace(self, x: Any = None, y: int | None = None, triangle: int | None = None) -> str | None:
         """Returns every number of the surface seen at pixel (x, y), from the corners of its triangle to

@@ -15,7 +15,7 @@ class CommandWarning(UserWarning):
     """Warning of a command that ran, but probably not as it was meant, or of a file's faults."""
 
 
-class _Refused(CommandError):
+class RefusedError(CommandError):
     """A refused command, with the place and the reason of the first one.
 
     `code` is one of the protocol's codes, `verb` the verb, `line` and `byte` its place in the text
@@ -40,15 +40,15 @@ class _Refused(CommandError):
         return refused, (self._refused, self.replies)
 
 
-class ArgumentError(_Refused, TypeError):
+class ArgumentError(RefusedError, TypeError):
     """Wrong number or kind of arguments (EARGS)."""
 
 
-class RangeError(_Refused, ValueError):
+class RangeError(RefusedError, ValueError):
     """A value that the verb does not accept (ENUM, ECOLOUR, ERANGE, EFORMAT, EVERB, EPROTO)."""
 
 
-class MissingError(_Refused, LookupError):
+class MissingError(RefusedError, LookupError):
     """No mesh, texture, canvas, scene or file of this name (ENOENT)."""
 
 
@@ -66,7 +66,7 @@ _CLASSES = {
 
 def refused(all_refused, replies=b""):
     """Returns the exception for refused commands: (line, byte, verb, code, reason) of each."""
-    return _CLASSES.get(all_refused[0][3], _Refused)(all_refused, replies)
+    return _CLASSES.get(all_refused[0][3], RefusedError)(all_refused, replies)
 
 
 def warn(text):

@@ -34,7 +34,7 @@ class Framebuffer(Handy, _questions.Questions, _native.Framebuffer):
         return "<fbptr.Framebuffer %dx%d>" % (self.width, self.height)
 
     def __reduce__(self):
-        raise TypeError("a Framebuffer cannot be pickled: pickle fb.png() or fb.read()")
+        raise TypeError("a Framebuffer cannot be pickled or copied: take fb.png() or fb.read()")
 
 
 def _add_methods():

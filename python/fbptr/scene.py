@@ -4,11 +4,20 @@ In: a file, or its bytes, and the options of its frames. Out: frame k as pixels,
 frame, in any order, with the bytes that `fbptr render` gives it.
 """
 
+from __future__ import annotations
+
 import os
 
 from . import _native
 
 __all__ = ["Scene"]
+
+# What type checkers take for true: an import of `typing` would take half the time of the package's.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    import numpy
 
 
 class Scene(_native.Scene):
@@ -24,29 +33,41 @@ class Scene(_native.Scene):
     """
 
     @classmethod
-    def load(cls, source, *, format=None, name=None, root=None, **options):
+    def load(
+        cls,
+        source: str | os.PathLike[str] | bytes | bytearray | memoryview,
+        *,
+        format: str | None = None,
+        name: str | None = None,
+        root: str | os.PathLike[str] | None = None,
+        **options: Any,
+    ) -> Scene:
         """Returns the scene of a file's path, or of its bytes with their `format` ("x3d").
 
         Files that it names are read in the file's folder, or in `root`. Options: `frames`, `fps`,
         `time` in seconds, `size` as (width, height), `background` as a colour's name, `shade`
-        ("wire", "flat", "gouraud", "phong"), `turns`, `threads` (1; 0 is all cores).
+        ("wire", "flat", "gouraud", "phong"), `near` and `far` as distances to the planes, `turns`,
+        `threads` (1; 0 is all cores).
         """
         data, format, name, root = read(source, format, name, root)
         scene = cls(data, format, name, folder=root, **options)
         return scene
 
-    def png(self, frame):
+    def png(self, frame: int) -> bytes:
         """Returns a frame as the bytes of a PNG."""
         return self.encoded(frame, "png")[1]
 
-    def numpy(self, frame):
+    def numpy(self, frame: int) -> numpy.ndarray:
         """Returns a frame as an array of shape (height, width, 4), uint8: R, G, B, A."""
         import numpy
 
         width, height = self.size
         return numpy.frombuffer(self.pixels(frame), numpy.uint8).reshape(height, width, 4)
 
-    def _repr_png_(self):
+    def __reduce__(self):
+        raise TypeError("a Scene cannot be pickled or copied: send the file's path or bytes, and load it there")
+
+    def _repr_png_(self) -> bytes:
         return self.png(0)
 
 

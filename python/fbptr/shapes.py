@@ -3,7 +3,16 @@
 In: sizes in world units, or vertices and faces. Out: a `Mesh`, which is what the verb MESH takes.
 """
 
+from __future__ import annotations
+
 import os
+
+# What type checkers take for true: an import of `typing` would take half the time of the package's.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from ._types import Source
 
 
 class Mesh:
@@ -11,7 +20,7 @@ class Mesh:
 
     __slots__ = ("words", "data")
 
-    def __init__(self, *words, data=None):
+    def __init__(self, *words: str | float, data: bytes | None = None) -> None:
         self.words = words
         self.data = data
 
@@ -26,37 +35,37 @@ class Mesh:
         return hash((self.words, self.data))
 
 
-def teapot(level=10):
+def teapot(level: int = 10) -> Mesh:
     """Newell's teapot, each of its patches cut into level x level quads."""
     return Mesh("TEAPOT", level)
 
 
-def box(x=2, y=2, z=2):
+def box(x: float = 2, y: float = 2, z: float = 2) -> Mesh:
     """A box of these sides, about the origin."""
     return Mesh("BOX", x, y, z)
 
 
-def sphere(radius=1):
+def sphere(radius: float = 1) -> Mesh:
     """A sphere about the origin."""
     return Mesh("SPHERE", radius)
 
 
-def cone(radius=1, height=2):
+def cone(radius: float = 1, height: float = 2) -> Mesh:
     """A cone about the origin, its tip up (+y)."""
     return Mesh("CONE", radius, height)
 
 
-def cylinder(radius=1, height=2):
+def cylinder(radius: float = 1, height: float = 2) -> Mesh:
     """A cylinder about the origin, its axis upright (y)."""
     return Mesh("CYLINDER", radius, height)
 
 
-def knot(nu=200, nv=20):
+def knot(nu: int = 200, nv: int = 20) -> Mesh:
     """A torus knot (2,3) of nu x nv quads."""
     return Mesh("KNOT", nu, nv)
 
 
-def obj(source):
+def obj(source: Source) -> Mesh:
     """The mesh of an OBJ file: its bytes or its text, or a path to it.
 
     Text with a line feed is the file itself.
@@ -67,7 +76,12 @@ def obj(source):
     return Mesh("OBJ", data=source.encode() if isinstance(source, str) else bytes(source))
 
 
-def faces(vertices, faces, normals=None, texcoords=None):
+def faces(
+    vertices: Iterable[Iterable[float]],
+    faces: Iterable[Iterable[int]],
+    normals: Iterable[Iterable[float]] | None = None,
+    texcoords: Iterable[Iterable[float]] | None = None,
+) -> Mesh:
     """The mesh of these faces.
 
     `vertices` is a sequence of (x, y, z), shape (n, 3), in world units; `faces` of lists of 3 or more

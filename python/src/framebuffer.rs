@@ -6,6 +6,7 @@ use crate::access::{Length, Shared, State};
 use crate::arguments;
 use crate::errors::{self, Refused};
 use crate::offsets::{self, Place};
+use crate::scene::os_error;
 use crate::slots::{Form, forms};
 use crate::view;
 use fbptr::command::{EndOfInput, Payload, Reach};
@@ -264,7 +265,7 @@ impl Framebuffer {
             Code::Args | Code::Format => {
                 errors::of_fault(py, 0, "SNAP", &Fault::new(e.code(), e.to_string()))
             }
-            _ => PyOSError::new_err(e.to_string()),
+            _ => os_error(&e, &path),
         })
     }
 

@@ -85,6 +85,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<movie::Movie>()?;
     module.add_class::<scene::Scene>()?;
     module.add_function(wrap_pyfunction!(scene::write_file, module)?)?;
+    module.add_function(wrap_pyfunction!(scene::remove_leftovers, module)?)?;
     module.add_function(wrap_pyfunction!(verbs, module)?)?;
     module.add_function(wrap_pyfunction!(help, module)?)?;
     module.add_function(wrap_pyfunction!(light_colour, module)?)?;

@@ -59,7 +59,7 @@ fn value_error(message: impl std::fmt::Display) -> PyErr {
 }
 
 /// Returns the exception of a file that was not written; its number is the system's.
-fn os_error(error: &save::SaveError, path: &std::path::Path) -> PyErr {
+pub fn os_error(error: &save::SaveError, path: &std::path::Path) -> PyErr {
     use std::io::ErrorKind;
     let save::SaveError::Io { kind, reason, .. } = error else { return value_error(error) };
     // The numbers of Linux, where no other is known.
@@ -69,6 +69,9 @@ fn os_error(error: &save::SaveError, path: &std::path::Path) -> PyErr {
         ErrorKind::QuotaExceeded => 122,
         ErrorKind::NotFound => 2,
         ErrorKind::PermissionDenied => 13,
+        ErrorKind::NotADirectory => 20,
+        ErrorKind::IsADirectory => 21,
+        ErrorKind::ReadOnlyFilesystem => 30,
         _ => 5,
     };
     PyOSError::new_err((number, reason.clone(), path.display().to_string()))
@@ -122,7 +125,7 @@ impl Scene {
     #[new]
     #[pyo3(signature = (
         data, format, name, *, folder=None, files=None, frames=1, fps=25.0, time=0.0, size=None,
-        background=None, shade=None, turns=Vec::new(), threads=1
+        background=None, shade=None, near=None, far=None, turns=Vec::new(), threads=1
     ))]
     #[allow(clippy::too_many_arguments)]
     fn new(
@@ -138,6 +141,8 @@ impl Scene {
         size: Option<[u32; 2]>,
         background: Option<&str>,
         shade: Option<&str>,
+        near: Option<f64>,
+        far: Option<f64>,
         turns: Vec<String>,
         threads: usize,
     ) -> PyResult<Self> {
@@ -147,6 +152,14 @@ impl Scene {
         if frames == 0 || !(fps.is_finite() && fps > 0.0 && time.is_finite()) {
             let expected = "expected one frame or more, frames a second above 0 and a finite time";
             return Err(value_error(format!("{expected}, found {frames}, {fps} and {time}")));
+        }
+        if let Some(plane) = near.into_iter().chain(far).find(|plane| !(plane.is_finite() && *plane > 0.0)) {
+            return Err(value_error(format!("expected planes at finite distances above 0, found {plane}")));
+        }
+        if let (Some(near), Some(far)) = (near, far)
+            && near >= far
+        {
+            return Err(value_error(format!("expected near less than far, found {near} and {far}")));
         }
         let shade = match shade {
             None => None,
@@ -167,6 +180,8 @@ impl Scene {
             size,
             background,
             shade,
+            near,
+            far,
             turns: turns.map_err(value_error)?,
             ..FrameOptions::default()
         };
@@ -261,4 +276,10 @@ impl Scene {
 #[pyfunction]
 pub fn write_file(py: Python<'_>, path: PathBuf, data: Vec<u8>) -> PyResult<()> {
     py.detach(|| save::atomically(&path, |out| out.write_all(&data)).map_err(|e| os_error(&e, &path)))
+}
+
+/// Removes the unfinished files that killed processes left in a folder, and none of a living one.
+#[pyfunction]
+pub fn remove_leftovers(py: Python<'_>, folder: PathBuf) {
+    py.detach(|| save::remove_leftovers_in(&folder));
 }

@@ -17,6 +17,7 @@ import pytest
 import fbptr
 import fbptr.batch
 from fbptr.batch import BatchError, tasks
+from fbptr.batch.manifest import Manifest
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "..", "examples"))
@@ -73,6 +74,9 @@ def test_a_scene_draws_any_frame_in_any_order():
         scene.pixels(8)
     with pytest.raises(ValueError, match="expected the format"):
         fbptr.Scene.load(MESH, format="dxf")
+    for planes, expected in (({"near": 0}, "above 0"), ({"far": float("nan")}, "above 0"), ({"near": 2, "far": 2}, "less than")):
+        with pytest.raises(ValueError, match=expected):
+            fbptr.Scene.load(MESH, format="obj", **planes)
     with pytest.raises(ValueError, match="from 0 to 3"):
         fbptr.Scene.load(tesseract((8, 8)), format="json", turns=["0,4,90"])
 
@@ -96,6 +100,28 @@ def test_frames_are_files_with_a_manifest_and_only_missing_ones_are_drawn(tmp_pa
     assert fbptr.batch.render(MESH, 6, tmp_path, (16, 12), format="obj", progress=False).there == 0
     with pytest.raises(ValueError, match="one batch a folder"):
         fbptr.batch.render(MESH, 6, tmp_path, (16, 12), format="obj", name="other", progress=False)
+
+
+def test_lines_of_other_frames_stay_when_some_are_forgotten(tmp_path):
+    fbptr.batch.render(MESH, 6, tmp_path, (32, 24), format="obj", progress=False)
+    before = manifest(tmp_path)
+    # What a killed process leaves, and what is nobody's.
+    (tmp_path / ".fbptr-1-2.tmp").write_bytes(b"half a picture")
+    (tmp_path / ".other.tmp").write_bytes(b"")
+    template = {key: before[0][key] for key in ("of", "size", "fps", "version", "recipe")}
+    kept = Manifest(tmp_path, template, str(tmp_path / "frame-%04d.png"))
+    try:
+        assert not (tmp_path / ".fbptr-1-2.tmp").exists() and (tmp_path / ".other.tmp").exists()
+        kept.forget([1, 4])
+        assert manifest(tmp_path) == [before[k] for k in (0, 2, 3, 5)]
+        kept.append({key: value for key, value in before[4].items() if key not in template})
+        assert manifest(tmp_path)[-1] == before[4]
+        with pytest.raises(BlockingIOError, match="another process"):
+            Manifest(tmp_path, template, kept.pattern)
+    finally:
+        kept.close()
+    report = fbptr.batch.render(MESH, 6, tmp_path, (32, 24), format="obj", progress=False)
+    assert report.there == 5 and [line["frame"] for line in manifest(tmp_path)] == [0, 2, 3, 5, 4, 1]
 
 
 def program():
@@ -173,6 +199,22 @@ def test_a_full_disk_is_said_and_nothing_is_lost(tmp_path):
     assert report.there == len(lines) and report.missing == 0
 
 
+MAPPED = """
+import resource, signal, sys
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (64, 64))
+import fbptr, fbptr.batch
+fbptr.batch.map(lambda i: fbptr.Framebuffer(64, 64), range(9), out=sys.argv[1], ending="raw", progress=False)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no limit of file sizes")
+def test_a_full_disk_ends_a_map_of_framebuffers(tmp_path):
+    ended = subprocess.run([sys.executable, "-c", MAPPED, str(tmp_path)], capture_output=True, text=True)
+    assert ended.returncode == 1 and "0 of 9 are there; stopped: [Errno 27]" in ended.stderr, ended.stderr
+    assert os.listdir(tmp_path) == [], "no temporary file"
+
+
 def test_crcs_do_not_depend_on_the_process():
     frame = fbptr.Framebuffer(8, 8)
     frame.clear("red")
@@ -182,7 +224,37 @@ def test_crcs_do_not_depend_on_the_process():
     assert tasks.crc_of(1.5) != tasks.crc_of(1.25)
 
 
+# A far plane that comes nearer by 8 a second, from 21: at 1.85 s, frame 37, it is nearer than 6.3.
+NEARER = b"""<X3D profile="Interchange" version="4.0"><Scene>
+  <Viewpoint DEF="Eye" position="0 0 9" nearDistance="1" farDistance="21"/>
+  <Shape><Appearance><Material/></Appearance><Sphere/></Shape>
+  <TimeSensor DEF="Clock" cycleInterval="2" loop="true"/>
+  <ScalarInterpolator DEF="Far" key="0 1" keyValue="21 5"/>
+  <ROUTE fromNode="Clock" fromField="fraction_changed" toNode="Far" toField="set_fraction"/>
+  <ROUTE fromNode="Far" fromField="value_changed" toNode="Eye" toField="farDistance"/>
+</Scene></X3D>"""
+
+
+def render_nearer(out, client=None):
+    options = {"format": "x3d", "fps": 20, "near": 6.3, "errors": "return", "progress": False}
+    return fbptr.batch.render(NEARER, 38, out, (32, 24), client=client, **options)
+
+
+def test_a_scene_that_fails_at_a_frame_is_named(tmp_path):
+    report = render_nearer(tmp_path)
+    assert list(report.failed) == [37] and "frame 37: camera" in report.failed[37]
+    assert len(manifest(tmp_path)) == 37 == len(report.crcs)
+    assert "37 of 38 are there, 37 from before; 37 failed:" in str(render_nearer(tmp_path))
+
+
 # On a cluster.
+
+
+def test_a_scene_that_fails_at_a_frame_is_named_by_a_cluster(client, tmp_path):
+    report = render_nearer(tmp_path, client)
+    assert list(report.failed) == [37] and "frame 37: camera" in report.failed[37]
+    assert len(manifest(tmp_path)) == 37 and report.crcs == render_nearer(None).crcs
+    assert not report.accused
 
 
 def render(client, out=None, **options):
@@ -272,6 +344,24 @@ def test_a_worker_of_another_version_is_named_and_left_out(client):
         client.run(set_version, fbptr.__version__)
 
 
+def test_where_one_worker_is_left_out_the_other_may_die_and_come_back(client):
+    first, second = sorted(client.scheduler_info(n_workers=-1)["workers"])
+    client.run(set_version, "0.0.1", workers=[second])
+    killed = []
+
+    def kill(done, count):
+        if done >= 20 and not killed:
+            killed.append(client.run(os.getpid, workers=[first])[first])
+            os.kill(killed[0], signal.SIGKILL)
+
+    try:
+        report = render(client, chunk=3, verify=0, progress=kill)
+        assert killed and report.crcs == expected() and list(report.accused) == [second]
+    finally:
+        client.wait_for_workers(2, timeout=120)
+        client.run(set_version, fbptr.__version__)
+
+
 def break_crcs(by):
     """Lets a worker count wrong from now on."""
     from fbptr.batch import tasks
@@ -292,6 +382,51 @@ def test_a_worker_that_disagrees_is_named_and_its_items_are_drawn_again(client):
         assert report.values == list(range(60))
     finally:
         client.run(break_crcs, 0)
+
+
+def random_bytes(number):
+    return os.urandom(8) if number == 20 else b"same"
+
+
+def test_a_function_without_equal_results_blames_no_worker(client):
+    options = {"client": client, "chunk": 5, "verify": 20, "progress": False}
+    with pytest.raises(BatchError, match="20 failed: .* other ones each time: with verify=0") as caught:
+        fbptr.batch.map(random_bytes, range(40), **options)
+    report = caught.value.report
+    assert not report.accused and len(report.crcs) == 39 and report.values[20] is None
+    assert report.verified == 1
+    assert not fbptr.batch.map(random_bytes, range(40), **{**options, "verify": 0}).missing
+
+
+def proofs_fail(count):
+    """Lets the next proofs on a worker fail."""
+    import functools
+
+    from fbptr.batch import tasks
+
+    prove = tasks.MapJob.__dict__.get("right_prove", tasks.MapJob.prove)
+    tasks.MapJob.right_prove = prove
+    left = [count]
+
+    @functools.wraps(prove)
+    def failing(self, index, param):
+        left[0] -= 1
+        if left[0] >= 0:
+            raise MemoryError("no room for a proof")
+        return prove(self, index, param)
+
+    tasks.MapJob.prove = failing
+
+
+@pytest.mark.parametrize("count", [1, 1000])
+def test_a_proof_that_fails_blames_no_worker(client, count):
+    client.run(proofs_fail, count)
+    try:
+        report = fbptr.batch.map(slow, range(40), client=client, chunk=4, verify=20, progress=False)
+    finally:
+        client.run(proofs_fail, 0)
+    assert report.values == list(range(40)) and not report.accused
+    assert (report.verified, "not verified: MemoryError: no room" in str(report)) == ((2, False) if count == 1 else (0, True))
 
 
 def full(number):

@@ -47,8 +47,12 @@ fb.mesh("pot", fbptr.teapot()); fb.lookat((0, 2, 6)); fb.draw("pot", shade="phon
 shape: tuple[int, ...] = fb.numpy().shape
 text: str = fb.run("CRC")
 byte: int = fb[0]
+pot: fbptr.Mesh = fbptr.teapot()
+movie: fbptr.Animation = fbptr.animate(lambda fb, i: fb.clear("red"), 2)
+frame: bytes = fbptr.Scene.load("scene.x3d", frames=3).png(0)
+fbptr.Client("127.0.0.1:1234").close()
 """
-    wrong = right + "fb.circle(1, 2)\nfb.nothing()\nbyte = fb[0:4]\n"
+    wrong = right + "fb.circle(1, 2)\nfb.nothing()\nbyte = fb[0:4]\npot = fbptr.box(\"2\")\nfbptr.animate(2, 2)\n"
 
     def errors(source):
         program.write_text(source)
@@ -57,4 +61,4 @@ byte: int = fb[0]
         return [line for line in done.stdout.splitlines() if "error:" in line]
 
     assert errors(right) == []
-    assert len(errors(wrong)) == 3
+    assert len(errors(wrong)) == 5

@@ -481,3 +481,15 @@ def test_threads_and_framebuffers_of_any_number():
         return fb.crc()
 
     assert len({draw(1), draw(2), draw(0)}) == 1
+
+
+def test_what_is_no_text_is_refused_and_errors_of_files_have_their_numbers(tmp_path):
+    fb = fbptr.Framebuffer(8, 8)
+    with pytest.raises(TypeError, match="str or bytes, got 3"):
+        fb.run(3)
+    with pytest.raises(FileNotFoundError) as caught:
+        fb.save(tmp_path / "nowhere" / "a.png")
+    assert caught.value.errno == 2 and caught.value.filename.endswith("a.png")
+    with pytest.raises(fbptr.CommandError) as refused:
+        fb.quit()
+    assert type(refused.value).__name__ == "RefusedError" and refused.value.code == "EPERM"

@@ -1,5 +1,7 @@
 """Views of the memory, and threads: what is allowed, and what raises."""
 
+import copy
+import pickle
 import threading
 import zlib
 
@@ -144,6 +146,35 @@ def test_a_view_waits_for_the_draw_of_another_thread():
     assert {first for first, _ in crcs} <= {whole, cleared}
 
 
+def test_a_copy_is_of_one_moment_and_stops_no_other_thread():
+    fb = fbptr.Framebuffer(640, 480)
+    colours = [(10, 0, 0), (0, 20, 0), (0, 0, 30)]
+    refused, stop = [], threading.Event()
+
+    def draw():
+        i = 0
+        while not stop.is_set():
+            i += 1
+            try:
+                fb.clear(colours[i % 3])
+            except BufferError as error:
+                refused.append(error)
+
+    fb.clear(colours[0])
+    thread = threading.Thread(target=draw)
+    thread.start()
+    try:
+        copies = [fb.numpy(copy=True) for _ in range(300)]
+    finally:
+        stop.set()
+        thread.join(60)
+    assert not refused, "a copy holds no view while another thread draws"
+    assert all(a.flags.writeable and a.flags.c_contiguous for a in copies)
+    whole = {(*colour, 255) for colour in colours}
+    assert {tuple(a[0, 0]) for a in copies} <= whole
+    assert all((a == a[0, 0]).all() for a in copies), "a copy of half a picture"
+
+
 def test_threads_with_framebuffers_of_their_own_draw_the_same_bytes():
     alone = [scene(fbptr.Framebuffer(160, 120), i) for i in range(8)]
     together = [None] * 8
@@ -206,3 +237,15 @@ def test_a_released_view_gives_the_framebuffer_back():
     assert in_thread(fb.clear) is None
     for _ in range(1000):
         assert fb.numpy()[0, 0, 3] == 255
+
+
+def test_a_framebuffer_and_a_scene_say_how_they_are_sent():
+    scene = fbptr.Scene.load(b"v 0 0 0\nv 2 0 0\nv 0 1 1\nf 1 2 3\n", format="obj")
+    for made, expected in ((fbptr.Framebuffer(4, 4), r"fb\.png\(\)"), (scene, "path or bytes")):
+        for call in (pickle.dumps, copy.copy, copy.deepcopy):
+            with pytest.raises(TypeError, match=expected):
+                call(made)
+    mesh = fbptr.box(1, 2, 3)
+    assert pickle.loads(pickle.dumps(mesh)) == copy.deepcopy(mesh) == mesh
+    movie = fbptr.animate(lambda fb, i: fb.clear("red"), 2, (8, 8))
+    assert pickle.loads(pickle.dumps(movie)).data == movie.data

@@ -278,6 +278,19 @@ fn on_a_full_disk_nothing_is_half_written_and_the_same_command_goes_on() {
 }
 
 #[test]
+fn a_batch_of_the_most_frames_is_checked_without_counting_to_them() {
+    let folder = Folder::new("most");
+    scenes(&folder);
+    let most = u32::MAX;
+    ok(&folder, &format!("render mesh.obj --frames {most} --size 12x10 -o out/f.raw --first 7 --last 8"));
+    ok(&folder, &format!("render mesh.obj --frames {most} --size 12x10 -o out/f.raw --first {}", most - 1));
+    std::fs::remove_file(folder.0.join("out/f-0008.raw")).unwrap();
+    let text = ends(&folder, "batch check out", 1);
+    assert!(text.starts_with("2 of 4294967295 frames"), "{text}");
+    assert!(text.contains("missing: 0-6, 8-4294967293\n"), "{text}");
+}
+
+#[test]
 fn arguments_of_parts_that_make_no_sense_are_refused() {
     let folder = Folder::new("arguments");
     scenes(&folder);

@@ -24,19 +24,16 @@ from .tasks import MapJob, RenderJob
 
 __all__ = ["BatchError", "Report", "map", "render"]
 
-# The name of this module's `map` hides that of the language.
-_OPTIONS = ("fps", "time", "background", "shade", "turns")
-
 
 def render(
     scene, frames, out=None, size=None, client=None, *, name="frame", ending="png", first=0, last=None,
-    format=None, root=None, fps=25.0, time=0.0, background=None, shade=None, turns=(), write="worker",
-    verify=50, retries=2, chunk=None, chunk_seconds=0.5, progress=None, cancel=None, errors="raise",
-):  # fmt: skip
+    format=None, root=None, fps=25.0, time=0.0, background=None, shade=None, near=None, far=None, turns=(),
+    write="worker", verify=50, retries=2, chunk=None, chunk_seconds=0.5, progress=None, cancel=None, errors="raise",
+) -> Report:  # fmt: skip
     """Draws frames `first` to `last` (both inclusive, from 0) of `frames`. Returns a `Report`.
 
     `scene` is a path, or the bytes of a scene with their `format`; `fps`, `time`, `size`, `background`,
-    `shade` and `turns` are those of `fbptr.Scene.load`. The file and all that it refers to is read
+    `shade`, `near`, `far` and `turns` are those of `fbptr.Scene.load`. The file and all that it refers to is read
     here and sent to the workers once.
 
     With `out` each frame is a file `out/NAME-0007.png` (`ending`: png, ppm or raw), whole or absent,
@@ -52,7 +49,7 @@ def render(
     """
     data, format, scene_name, root = read(scene, format, None, root)
     options = {"frames": frames, "fps": fps, "time": time, "size": size, "background": background}
-    options.update(shade=shade, turns=list(turns))
+    options.update(shade=shade, near=near, far=far, turns=list(turns))
     # The name may be a path here; in a message of a worker its last part is enough.
     scene_name = os.path.basename(scene_name)
     loaded = Scene(data, format, scene_name, folder=root, **options)
@@ -90,7 +87,7 @@ def render(
 def map(
     fn, params, client=None, *, out=None, name="item", ending="png", results="values", verify=50, retries=2,
     chunk=None, chunk_seconds=0.5, progress=None, cancel=None, errors="raise",
-):  # fmt: skip
+) -> Report:  # fmt: skip
     """Calls `fn(param)` for every one of `params`. Returns a `Report` whose `values` are the results.
 
     A result is anything that can be sent and whose CRC is the same in every process: numbers, text,

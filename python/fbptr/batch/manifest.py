@@ -12,6 +12,8 @@ import socket
 import time
 import zlib
 
+from .. import _native
+
 __all__ = ["Manifest", "host", "record_of"]
 
 _NAME = re.compile(r"frames(-\d+-(of|to)-\d+)?\.jsonl")
@@ -54,6 +56,8 @@ class Manifest:
         self.file = open(os.path.join(folder, OWN), "a+b", buffering=0)
         try:
             _lock(self.file)
+            # What killed processes left; files that a living one writes stay.
+            _native.remove_leftovers(folder)
             self._read()
         except BaseException:
             self.file.close()
@@ -116,7 +120,12 @@ class Manifest:
             raise
 
     def forget(self, frames):
-        """Removes the lines of frames that are to be drawn again."""
+        """Removes the lines of frames that are to be drawn again.
+
+        Lines move towards the front, by one write in place: whatever ends the process in the middle,
+        no line of another frame is lost.
+        """
+        frames = set(frames)
         self.file.seek(0)
         kept = []
         for line in self.file.read().splitlines(True):
@@ -126,8 +135,12 @@ class Manifest:
             except (ValueError, KeyError, TypeError):
                 pass
             kept.append(line)
-        self.file.truncate(0)
-        self.file.write(b"".join(kept))
+        kept = b"".join(kept)
+        with open(self.file.name, "r+b", buffering=0) as file:
+            done = 0
+            while done < len(kept):
+                done += file.write(kept[done:])
+            file.truncate(len(kept))
 
     def close(self):
         """Releases the manifest."""

@@ -24,6 +24,10 @@ IN_FLIGHT = 2
 MOST_DEATHS = 5
 # Seconds for which the list of workers is good.
 LISTED = 1.0
+# Seconds after which a result that does not arrive is looked into.
+FETCHED = 3.0
+# Seconds for which a worker that died may come back, if all others are left out.
+PATIENCE = 30.0
 # Seconds after which a cancellation is looked for.
 WAIT = 0.2
 
@@ -122,8 +126,11 @@ class _Cluster:
         self.tasks = {}
         self.proofs = {}
         self.to_prove = collections.deque()
+        self.failures = collections.Counter()
         # Threads of each worker, and when they were asked for.
         self.listed, self.asked = {}, float("-inf")
+        # Workers that were ever there, and since when none of them may draw.
+        self.seen, self.idle_since = set(), None
         # Workers that a task is bound to.
         self.bound = {}
         # Futures that have ended, put there by Dask's threads.
@@ -168,6 +175,7 @@ class _Cluster:
         if time.monotonic() - self.asked > LISTED:
             info = self.client.scheduler_info(n_workers=-1)["workers"]
             self.listed = {address: worker["nthreads"] for address, worker in info.items()}
+            self.seen.update(info)
             self.asked = time.monotonic()
         return {address: n for address, n in self.listed.items() if address not in self.report.accused}
 
@@ -196,10 +204,14 @@ class _Cluster:
             return
         workers = self.workers()
         if not workers and self.report.accused:
-            # Where none is there at all, one may come back.
-            if self.listed:
+            # Where none is there at all, one may come back; where one died, too, but not for ever.
+            now = time.monotonic()
+            self.idle_since = self.idle_since or now
+            has_died = bool(self.seen - set(self.listed) - set(self.report.accused))
+            if self.listed and not (has_died and now - self.idle_since < PATIENCE):
                 self.report.stopped = "every worker was left out"
             return
+        self.idle_since = None
         threads = max(sum(workers.values()), 1)
         chosen = list(workers) if self.report.accused else None
         for _ in range(len(self.to_prove)):
@@ -237,12 +249,13 @@ class _Cluster:
         """Takes what became of a task."""
         items = self.tasks.pop(future, None)
         index = self.proofs.pop(future, None)
-        self.bound.pop(future, None)
+        bound = self.bound.pop(future, None)
         if items is None and index is None:
             # It was put back.
             return
         try:
-            part = future.result() if future.status == "finished" else None
+            has_failed = future.status in ("error", "cancelled")
+            part = None if has_failed else self.fetched(future, bound)
             why = None if part is not None else future.exception()
         except Exception as error:
             part, why = None, error
@@ -257,6 +270,18 @@ class _Cluster:
             self.compare(index, part)
         else:
             self.took(items, part)
+
+    def fetched(self, future, bound):
+        """Returns the result of a task that has ended. If its worker dies before the result is here,
+        Dask runs the task again, but one that is bound to dead workers never: that raises."""
+        while True:
+            try:
+                return future.result(timeout=FETCHED)
+            except TimeoutError:
+                self.workers()
+                if bound is not None and not any(address in self.listed for address in bound):
+                    self.client.cancel([future])
+                    raise
 
     def again(self, items, index):
         """Puts back what a task was to do."""
@@ -297,25 +322,50 @@ class _Cluster:
         loop = self.loop
         if index not in self.report.crcs:
             return
+        if not part.done:
+            self.unproved(index, part.failed[0][1])
+            return
         first, second = loop.drawn_by[index], part.worker
-        found = part.done[0][1] if part.done else None
-        if found == self.report.crcs[index]:
+        crc, found = self.report.crcs[index], part.done[0][1]
+        if found == crc:
             self.report.verified += 1
             return
-        # Two workers disagree: this process is the third opinion.
+        own = self.third_opinion(index, "%s got crc %08x and %s %08x" % (first, crc, second, found), (crc, found))
+        if own is None:
+            return
+        words = "item %d: crc %08x, expected %08x"
+        if found != own:
+            self.accuse(second, words % (index, found, own))
+            if crc == own:
+                self.to_prove.append(index)
+        if crc != own:
+            self.accuse(first, words % (index, crc, own))
+
+    def third_opinion(self, index, disagreement, crcs):
+        """Returns the CRC of an item that this process draws because two workers disagree. Where it
+        tells nothing, as of a function that gives other bytes each time, no worker is to blame: the
+        item has failed."""
+        loop = self.loop
         try:
             own = loop.job.prove(index, loop.params[index])
+            if own in crcs or own == loop.job.prove(index, loop.params[index]):
+                return own
+            why = "and this process other ones each time: with verify=0 such results are taken unproved"
         except Exception as error:
-            self.report.notes.append("%d: %s and %s disagree, and here %s" % (index, first, second, error))
-            own = None
-        words = "item %d: crc %s, expected %s"
-        text = ["none" if crc is None else "%08x" % crc for crc in (self.report.crcs[index], found, own)]
-        if found != own:
-            self.accuse(second, words % (index, text[1], text[2]))
-            if self.report.crcs[index] == own:
-                self.to_prove.append(index)
-        if self.report.crcs.get(index) != own:
-            self.accuse(first, words % (index, text[0], text[2]))
+            why = "and this process %s: %s" % (type(error).__name__, error)
+        self.report.failed[index] = "%s, %s" % (disagreement, why)
+        self.report.workers[loop.drawn_by.pop(index)] -= 1
+        del self.report.crcs[index]
+        loop.sink.forget([index])
+        return None
+
+    def unproved(self, index, why):
+        """Takes a proof that failed: it is tried again, as an item is, and nobody is to blame."""
+        self.failures[index] += 1
+        if self.failures[index] <= self.loop.retries:
+            self.to_prove.append(index)
+        else:
+            self.report.notes.append("%d not verified: %s" % (index, why))
 
     def accuse(self, worker, why):
         """Leaves a worker out from now on; what it drew is drawn again."""

@@ -1,8 +1,8 @@
 //! `fbptr batch check`: every frame's files against the records of all manifests.
 
 use super::manifest::{FileState, MERGED, Records, verify};
-use super::ranges;
 use super::record::Record;
+use super::{ranges, ranges_text};
 use crate::cli::progress::Progress;
 use crate::cli::scene_file::SceneError;
 use crate::cli::{Status, output, say_as_program};
@@ -46,8 +46,8 @@ pub struct Checked {
     pub whole: BTreeMap<u32, Record>,
     /// The newest record: it tells the number of frames, the scene, the arguments and the version.
     pub newest: Record,
-    /// Frames without a record or without a file.
-    missing: Vec<u32>,
+    /// Frames without a record or without a file, as ranges: a batch may say that it has any number.
+    missing: Vec<[u32; 2]>,
     /// Frames whose records are of another scene, other arguments or another version.
     foreign: Vec<u32>,
     /// Files that differ from their records, in words.
@@ -85,11 +85,25 @@ impl Checked {
             disputed: Vec::new(),
         };
         let mut progress = Progress::new("frames", checked.newest.of.into());
-        for frame in 0..checked.newest.of {
-            checked.check(folder, frame, by_frame.get(&frame).map_or(&[], Vec::as_slice));
-            progress.advance(1);
+        let mut next = 0;
+        for (&frame, records) in &by_frame {
+            checked.miss(next, frame);
+            checked.check(folder, frame, records);
+            progress.advance(u64::from(frame - next) + 1);
+            next = frame + 1;
         }
+        checked.miss(next, checked.newest.of);
+        progress.advance((checked.newest.of - next).into());
         Ok(checked)
+    }
+
+    /// Notes that the frames from `first` to before `end` are missing.
+    fn miss(&mut self, first: u32, end: u32) {
+        match self.missing.last_mut() {
+            _ if first == end => {}
+            Some([_, last]) if last.checked_add(1) == Some(first) => *last = end - 1,
+            _ => self.missing.push([first, end - 1]),
+        }
     }
 
     /// Compares one frame with its records.
@@ -97,8 +111,7 @@ impl Checked {
         let identity = self.newest.identity();
         let own: Vec<&Record> = records.iter().copied().filter(|r| r.identity() == identity).collect();
         let Some((last, others)) = own.split_last() else {
-            let list = if records.is_empty() { &mut self.missing } else { &mut self.foreign };
-            list.push(frame);
+            self.foreign.push(frame);
             return;
         };
         if let Some(other) = others.iter().find(|other| other.crc != last.crc) {
@@ -119,7 +132,7 @@ impl Checked {
         }
         match state {
             FileState::Differs(words) => self.differing.push(format!("{frame} ({words})")),
-            _ => self.missing.push(frame),
+            _ => self.miss(frame, frame + 1),
         }
     }
 
@@ -144,7 +157,7 @@ impl std::fmt::Display for Checked {
             writeln!(f, "{host}: {frames} frames in {seconds:.1} s")?;
         }
         let lists = [
-            ("missing", ranges(&self.missing)),
+            ("missing", ranges_text(&self.missing)),
             ("of another scene, other arguments or another version", ranges(&self.foreign)),
             ("differing from their records", self.differing.join(", ")),
             ("drawn twice with different pixels", self.disputed.join(", ")),

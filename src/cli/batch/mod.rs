@@ -50,8 +50,13 @@ pub fn ranges(numbers: &[u32]) -> String {
             _ => parts.push([n, n]),
         }
     }
+    ranges_text(&parts)
+}
+
+/// Returns ranges, first and last, as text.
+fn ranges_text(ranges: &[[u32; 2]]) -> String {
     let text = |&[a, b]: &[u32; 2]| if a == b { a.to_string() } else { format!("{a}-{b}") };
-    parts.iter().map(text).collect::<Vec<_>>().join(", ")
+    ranges.iter().map(text).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]
