@@ -4,6 +4,7 @@
 
 mod common;
 
+use common::look::{LESSER, MARGIN, PAPER};
 use common::{Motion, show};
 use fbptr::command::{Command, MeshSource, Rect};
 use fbptr::scene::{Filter, Interpolation, Material, Sampling, ViewportRule, Wrap};
@@ -18,13 +19,13 @@ const FLOOR: &[u8] =
 fn checks() -> Vec<u8> {
     let texel = |i: u32| {
         let is_light = (i % 32 / 16 + i / 32 / 16).is_multiple_of(2);
-        if is_light { [240, 220, 170] } else { [60, 70, 120] }
+        if is_light { [255, 176, 0] } else { [31, 58, 95] }
     };
     b"P6 32 32 255\n".iter().copied().chain((0..32 * 32).flat_map(texel)).collect()
 }
 
 fn main() -> ExitCode {
-    show("affine texture", [2 * SIDE as u32, SIDE as u32 + 16], Motion::Moving, |client, frame| {
+    show("affine texture", [2 * SIDE as u32, SIDE as u32 + 24], Motion::Moving, |client, frame| {
         if frame == 0 {
             client.mesh("floor", MeshSource::Obj(FLOOR.to_vec()));
             client.send(Command::Texture { name: "checks".into(), file: checks() });
@@ -35,7 +36,7 @@ fn main() -> ExitCode {
             client.send(Command::Material(Box::new(paper)));
             client.look_at(DVec3::new(0.0, 1.3, 4.0), DVec3::new(0.0, 0.0, 0.0), DVec3::Y);
         }
-        client.clear([20, 24, 36, 255]);
+        client.clear(PAPER);
         client.send(Command::Identity);
         client.rotate(DVec3::Y, 0.25 * libm::sin(frame as f64 * 0.02 + 0.8));
         let halves =
@@ -45,7 +46,7 @@ fn main() -> ExitCode {
             client.send(Command::Viewport { rect, rule: ViewportRule::Corners });
             client.send(Command::Interp(interp));
             client.draw("floor");
-            client.text([x + 8, SIDE + 4], name, [170, 170, 170, 255]);
+            client.text([x + MARGIN, SIDE], name, LESSER);
         }
         Ok(())
     })

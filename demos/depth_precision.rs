@@ -4,6 +4,7 @@
 
 mod common;
 
+use common::look::{LESSER, MARGIN, PAPER};
 use common::{Motion, show};
 use fbptr::command::{Command, MeshSource, Rect};
 use fbptr::memory::DepthFormat;
@@ -12,12 +13,14 @@ use glam::DVec3;
 use std::process::ExitCode;
 
 const SIZE: [i32; 2] = [220, 120];
+/// Rows below each picture: a gap, a caption, and the margin.
+const BELOW: i32 = 8 + 8 + MARGIN;
 /// Two walls that lean back and cross in a vertical line, 8 apart at their left and right ends.
 const RED: &[u8] = b"v -500 -300 -376\nv 500 -300 -384\nv 500 300 -424\nv -500 300 -416\nf 1 2 3 4\n";
 const BLUE: &[u8] = b"v -500 -300 -384\nv 500 -300 -376\nv 500 300 -416\nv -500 300 -424\nf 1 2 3 4\n";
 
 fn main() -> ExitCode {
-    let size = [2 * SIZE[0] as u32, 2 * (SIZE[1] as u32 + 16)];
+    let size = [2 * SIZE[0] + 3 * MARGIN, MARGIN + 2 * (SIZE[1] + BELOW)].map(|n| n as u32);
     show("depth precision", size, Motion::Still, |client, _| {
         client.mesh("red", MeshSource::Obj(RED.to_vec()));
         client.mesh("blue", MeshSource::Obj(BLUE.to_vec()));
@@ -26,7 +29,7 @@ fn main() -> ExitCode {
             Projection::Perspective { fov_rad: 1.0, near: 0.01, far: 1000.0, on_smaller_side: false };
         client.send(Command::Projection(Box::new(projection)));
         client.send(Command::Cull(Cull::None));
-        client.clear([20, 22, 30, 255]);
+        client.clear(PAPER);
         let formats = [
             (DepthFormat::U16, "16 bits"),
             (DepthFormat::U24, "24 bits"),
@@ -34,17 +37,17 @@ fn main() -> ExitCode {
             (DepthFormat::Reversed, "reversed 32-bit float"),
         ];
         for (i, (format, name)) in (0..).zip(formats) {
-            let (x, y) = (i % 2 * SIZE[0], i / 2 * (SIZE[1] + 16));
-            let rect = Rect { x: x + 4, y: y + 4, w: SIZE[0] - 8, h: SIZE[1] - 4 };
+            let (x, y) = (MARGIN + i % 2 * (SIZE[0] + MARGIN), MARGIN + i / 2 * (SIZE[1] + BELOW));
+            let rect = Rect { x, y, w: SIZE[0], h: SIZE[1] };
             client.send(Command::Viewport { rect, rule: ViewportRule::Corners });
             client.send(Command::Depth(format));
-            for (wall, emissive) in [("red", DVec3::new(0.9, 0.2, 0.2)), ("blue", DVec3::new(0.25, 0.4, 1.0))]
-            {
+            let walls = [("red", DVec3::new(1.0, 0.365, 0.365)), ("blue", DVec3::new(0.357, 0.549, 1.0))];
+            for (wall, emissive) in walls {
                 let paint = Material { emissive, kd: DVec3::ZERO, ..Material::default() };
                 client.send(Command::Material(Box::new(paint)));
                 client.draw(wall);
             }
-            client.text([x + 8, y + SIZE[1] + 4], name, [200, 200, 200, 255]);
+            client.text([x, y + SIZE[1] + 8], name, LESSER);
         }
         Ok(())
     })

@@ -5,6 +5,7 @@
 
 mod common;
 
+use common::look::{LESSER, MARGIN, PAPER};
 use common::{Motion, show};
 use fbptr::eye::{self, EyeLightKind, EyeScene};
 use std::process::ExitCode;
@@ -34,7 +35,7 @@ fn main() -> ExitCode {
         let scene = EyeScene::new(parts).expect("only the sun has moved");
         let picture = eye::render(&scene);
 
-        client.clear([10, 12, 20, 255]);
+        client.clear(PAPER);
         for (j, &distance) in picture.dist.iter().enumerate() {
             let n = picture.dist.len() as f64;
             let c = scene.size[0] * (n - 1.0 - 2.0 * j as f64) / (2.0 * n);
@@ -49,7 +50,7 @@ fn main() -> ExitCode {
         for facet in &scene.facets {
             client.line(place(&facet.v[0]), place(&facet.v[1]), opaque(facet.color));
         }
-        client.text([8, 8], "the plane; below, what the eye sees of it", [160, 160, 160, 255]);
+        client.text([MARGIN, MARGIN], "the plane; below, what the eye sees of it", LESSER);
         Ok(())
     })
 }

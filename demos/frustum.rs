@@ -1,11 +1,12 @@
 //! Clipping, seen by a second camera: the view volume of the first one is a frustum, and a triangle
 //! is cut at its six planes.
 //!
-//! White: the frustum. Red: the triangle. Green: its part inside the frustum, cut in clip space
+//! White: the frustum. Coral: the triangle. Teal: its part inside the frustum, cut in clip space
 //! before the division by w.
 
 mod common;
 
+use common::look::{CORAL, LESSER, MARGIN, PAPER, TEAL, TEXT, mixed};
 use common::{Motion, show};
 use fbptr::command::{Command, Figure};
 use fbptr::pipeline::{ClipVertex, clip_line, clip_polygon};
@@ -48,18 +49,18 @@ fn main() -> ExitCode {
         let turn = DMat4::from_rotation_y(0.5 + frame as f64 * 0.015) * DMat4::from_rotation_x(0.5);
         let corners = [DVec3::new(-2.6, -1.0, 0.0), DVec3::new(2.4, -1.4, 0.4), DVec3::new(0.2, 2.2, -0.3)]
             .map(|p| turn.transform_point3(p));
-        client.clear([10, 12, 20, 255]);
+        client.clear(PAPER);
         // The part that is left: clipped in clip space, then transformed back to world space.
         let ring = clip_polygon(&corners.map(|p| vertex(inner * p.extend(1.0))));
         let left: Vec<DVec3> =
             ring.iter().map(|v| back.project_point3(v.pos_clip.truncate() / v.pos_clip.w)).collect();
         let points = left.iter().map(|p| on_screen(outside * p.extend(1.0))).collect();
-        client.send(Command::Figure(Figure::FillPoly { color: [40, 120, 60, 255], points }));
+        client.send(Command::Figure(Figure::FillPoly { color: mixed(PAPER, TEAL, 0.5), points }));
         for i in 0..left.len() {
-            line(client, &outside, left[i], left[(i + 1) % left.len()], [110, 255, 140, 255]);
+            line(client, &outside, left[i], left[(i + 1) % left.len()], TEAL);
         }
         for i in 0..3 {
-            line(client, &outside, corners[i], corners[(i + 1) % 3], [255, 80, 80, 255]);
+            line(client, &outside, corners[i], corners[(i + 1) % 3], CORAL);
         }
         // The frustum is the box -1..1, -1..1, 0..1 of NDC, transformed back to world space.
         let corner = |i: usize| {
@@ -68,10 +69,10 @@ fn main() -> ExitCode {
         };
         for i in 0..8 {
             for bit in (0..3).filter(|bit| i >> bit & 1 == 0) {
-                line(client, &outside, corner(i), corner(i | 1 << bit), [230, 230, 240, 255]);
+                line(client, &outside, corner(i), corner(i | 1 << bit), TEXT);
             }
         }
-        client.text([8, 8], &format!("3 corners in, {} out", left.len()), [170, 170, 170, 255]);
+        client.text([MARGIN, MARGIN], &format!("3 corners in, {} out", left.len()), LESSER);
         Ok(())
     })
 }

@@ -34,17 +34,18 @@ fn main() -> ExitCode {
 
 type Curve = fn(f64) -> f64;
 
-/// Runs the other process: draws paper, axes, and three curves that grow to the right.
+/// Runs the other process: draws the background, axes, and three curves that grow to the right.
 fn plot(address: &str, arguments: &Arguments) -> Outcome {
     let mut server = TcpStream::connect(address)?;
     let mut replies = BufReader::new(server.try_clone()?).lines();
-    let paper = "CLEAR fffff4\nAUTO off\nLINE 20 120 460 120 8c8c96\nLINE 20 16 20 224 8c8c96\n\
-                 TEXT 300 16 c02020 :12\nsin(x)/x * 3TEXT 300 28 2040c0 :10\nsin(x^2/8)TEXT 300 40 209040 :17\nexp(-x/8) cos(2x)";
+    let paper = "CLEAR 0e1420\nAUTO off\nLINE 20 120 460 120 808ca5\nLINE 20 16 20 224 808ca5\n\
+                 PRINT 300 16 ff5d5d 3 sin(x)/x\nPRINT 300 28 5b8cff sin(x^2/8)\n\
+                 PRINT 300 40 ffb000 exp(-x/8) cos(2x)\n";
     server.write_all(paper.as_bytes())?;
     let curves: [(&str, Curve); 3] = [
-        ("c02020", |x| 3.0 * libm::sin(x) / x.max(1e-9)),
-        ("2040c0", |x| libm::sin(x * x / 8.0)),
-        ("209040", |x| libm::exp(-x / 8.0) * libm::cos(2.0 * x)),
+        ("ff5d5d", |x| 3.0 * libm::sin(x) / x.max(1e-9)),
+        ("5b8cff", |x| libm::sin(x * x / 8.0)),
+        ("ffb000", |x| libm::exp(-x / 8.0) * libm::cos(2.0 * x)),
     ];
     let at = |f: Curve, step: u64| {
         let x = step as f64 * 0.05;

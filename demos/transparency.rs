@@ -4,6 +4,7 @@
 
 mod common;
 
+use common::look::{LESSER, MARGIN, PAPER};
 use common::{Motion, show};
 use fbptr::command::{Command, MeshSource, Rect};
 use fbptr::scene::{Cull, Material, ViewportRule};
@@ -14,7 +15,7 @@ const SIDE: i32 = 220;
 const PANE: &[u8] = b"v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n";
 
 fn main() -> ExitCode {
-    show("transparency", [2 * SIDE as u32, SIDE as u32 + 16], Motion::Moving, |client, frame| {
+    show("transparency", [2 * SIDE as u32, SIDE as u32 + 24], Motion::Moving, |client, frame| {
         if frame == 0 {
             client.mesh("pane", MeshSource::Obj(PANE.to_vec()));
             client.mesh("ball", MeshSource::Sphere(0.55));
@@ -22,16 +23,16 @@ fn main() -> ExitCode {
             client.send(Command::Cull(Cull::None));
         }
         let swing = 0.35 * libm::sin(frame as f64 * 0.03);
-        let red = (DVec3::new(-0.3, 0.2, 0.9 + swing), DVec3::new(1.0, 0.15, 0.1));
-        let blue = (DVec3::new(0.4, -0.2, -0.9 - swing), DVec3::new(0.1, 0.3, 1.0));
-        client.clear([235, 235, 228, 255]);
+        let red = (DVec3::new(-0.3, 0.2, 0.9 + swing), DVec3::new(1.0, 0.365, 0.365));
+        let blue = (DVec3::new(0.4, -0.2, -0.9 - swing), DVec3::new(0.357, 0.549, 1.0));
+        client.clear(PAPER);
         let halves = [(0, [blue, red], "far, then near"), (SIDE, [red, blue], "near, then far")];
         for (x, panes, name) in halves {
             let rect = Rect { x, y: 0, w: SIDE, h: SIDE };
             client.send(Command::Viewport { rect, rule: ViewportRule::Corners });
             // Opaque objects first: they hide transparent ones, which hide nothing themselves.
             let gold =
-                Material { emissive: DVec3::new(0.95, 0.75, 0.2), kd: DVec3::ZERO, ..Material::default() };
+                Material { emissive: DVec3::new(1.0, 0.69, 0.0), kd: DVec3::ZERO, ..Material::default() };
             client.send(Command::Material(Box::new(gold)));
             client.send(Command::Identity);
             client.draw("ball");
@@ -42,7 +43,7 @@ fn main() -> ExitCode {
                 client.send(Command::Translate(place));
                 client.draw("pane");
             }
-            client.text([x + 8, SIDE + 4], name, [60, 60, 60, 255]);
+            client.text([x + MARGIN, SIDE], name, LESSER);
         }
         Ok(())
     })

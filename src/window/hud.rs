@@ -3,12 +3,15 @@
 
 use super::overlay::{Canvas, Corner, box_size, draw_box};
 use super::scanout::word;
+use crate::draw2d::font::CELL;
 use crate::viewer::{Overlay, Zoom};
 
 /// Margin around the boxes, in pixels.
 const EDGE: usize = 4;
 /// Number of characters between two columns of a list that does not fit one column.
 const GAP: usize = 3;
+/// Separates the parts of a status line.
+const BAR: &str = " | ";
 /// Width in pixels from which a window has text at twice the font's size.
 const ENLARGED_FROM: usize = 960;
 /// Colour of the inspector's pixels outside the frame.
@@ -48,8 +51,10 @@ fn fitting(lines: &[String], width: usize, height: usize) -> (Vec<String>, usize
         w + 2 * EDGE <= width && h <= height
     };
     // Depends on the window, not on the text, so that a growing line does not shrink.
-    if width >= ENLARGED_FROM && fits(lines, 2) {
-        return (lines.to_vec(), 2);
+    let letters = width.saturating_sub(box_size(&[], 2)[0] + 2 * EDGE) / (2 * CELL);
+    let broken: Vec<String> = lines.iter().flat_map(|line| broken(line, letters)).collect();
+    if width >= ENLARGED_FROM && fits(&broken, 2) {
+        return (broken, 2);
     }
     for columns in 1..=3 {
         let laid = in_columns(lines, columns);
@@ -58,6 +63,22 @@ fn fitting(lines: &[String], width: usize, height: usize) -> (Vec<String>, usize
         }
     }
     (lines.to_vec(), 1)
+}
+
+/// Breaks a line of parts with bars between them into lines of at most `letters` letters; a part
+/// that is longer stays whole.
+fn broken(line: &str, letters: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for part in line.split(BAR) {
+        match lines.last_mut() {
+            Some(last) if last.chars().count() + BAR.len() + part.chars().count() <= letters => {
+                *last += BAR;
+                *last += part;
+            }
+            _ => lines.push(part.to_owned()),
+        }
+    }
+    lines
 }
 
 /// Arranges the lines in this many columns, filled from top to bottom.
@@ -117,7 +138,6 @@ fn outline(canvas: &mut Canvas<'_>, [x, y, side]: [usize; 3], color: u32) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::draw2d::font::CELL;
     use crate::viewer::help_lines;
 
     #[test]
@@ -127,6 +147,18 @@ mod tests {
         assert_eq!(in_columns(&lines, 2)[3], "line 3");
         assert_eq!(in_columns(&lines, 1), lines);
         assert!(in_columns(&[], 3).is_empty());
+    }
+
+    #[test]
+    fn a_status_line_breaks_at_its_bars_and_keeps_its_size() {
+        let line = "monkey_head2.obj | as given | cull front | hide none | F1 help".to_owned();
+        let (lines, scale) = fitting(std::slice::from_ref(&line), 960, 720);
+        assert_eq!(lines, ["monkey_head2.obj | as given | cull front | hide none", "F1 help"]);
+        assert!(scale == 2 && box_size(&lines, scale)[0] + 2 * EDGE <= 960);
+        assert_eq!(fitting(std::slice::from_ref(&line), 1280, 720), (vec![line.clone()], 2));
+        assert_eq!(fitting(std::slice::from_ref(&line), 640, 480), (vec![line], 1));
+        // What cannot be broken is small.
+        assert_eq!(fitting(&["x".repeat(80)], 960, 720).1, 1);
     }
 
     #[test]

@@ -15,13 +15,13 @@ pub struct ServerStatus {
     addresses: Vec<String>,
     board: Arc<MetricsBoard>,
     last: Option<(Instant, Stats)>,
-    rates: String,
+    rates: [String; 2],
 }
 
 impl ServerStatus {
     /// Creates the status of a server with these addresses, whose counters are read from `board`.
     pub fn new(addresses: Vec<String>, board: Arc<MetricsBoard>) -> Self {
-        ServerStatus { addresses, board, last: None, rates: String::new() }
+        ServerStatus { addresses, board, last: None, rates: Default::default() }
     }
 
     /// Returns what a window shows while nothing was drawn: the addresses, and a line to copy.
@@ -50,15 +50,15 @@ impl ServerStatus {
                 1 => "1 client".to_owned(),
                 n => format!("{n} clients"),
             };
-            self.rates = format!(
-                "{clients}  {} commands/s  {} pixels/s  {}B/s",
-                short(rate(done.commands)),
-                short(rate(done.pixels)),
-                short(rate(done.bytes))
-            );
+            let bytes = short(rate(done.bytes));
+            let number = bytes.trim_end_matches(char::is_alphabetic);
+            self.rates = [
+                format!("{clients}  {} commands/s", short(rate(done.commands))),
+                format!("{} pixels/s  {number} {}B/s", short(rate(done.pixels)), &bytes[number.len()..]),
+            ];
             self.last = Some((now, metrics.engine.totals));
         }
-        self.addresses.iter().cloned().chain([self.rates.clone()]).collect()
+        self.addresses.iter().chain(&self.rates).cloned().collect()
     }
 }
 
@@ -128,18 +128,17 @@ mod tests {
     fn addresses_clients_and_rates_are_told() {
         let board = MetricsBoard::new();
         let mut status = ServerStatus::new(vec!["tcp 127.0.0.1:1234".into()], board.clone());
-        assert_eq!(status.lines(), ["tcp 127.0.0.1:1234", "0 clients  0 commands/s  0 pixels/s  0B/s"]);
+        assert_eq!(status.lines(), ["tcp 127.0.0.1:1234", "0 clients  0 commands/s", "0 pixels/s  0 B/s"]);
         let fill = |m: &mut Metrics| {
             m.engine.connections = 1;
             m.engine.totals.pixels = 10_000;
+            m.engine.totals.bytes = 50_000;
         };
         assert!(board.update(Instant::now(), fill));
         let before = Instant::now().checked_sub(PERIOD).expect("the clock has run for a second");
         status.last = Some((before, Stats::default()));
         let lines = status.lines();
-        assert!(
-            lines[1].starts_with("1 client  0 commands/s  ") && !lines[1].contains(" 0 pixels/s"),
-            "{lines:?}"
-        );
+        assert_eq!(lines[1], "1 client  0 commands/s");
+        assert!(lines[2].contains("k pixels/s  ") && lines[2].ends_with(" kB/s"), "{lines:?}");
     }
 }

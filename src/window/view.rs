@@ -291,7 +291,7 @@ impl View {
         }
         if self.shows_rate {
             lines.extend(self.server.iter_mut().flat_map(ServerStatus::lines));
-            lines.push(format!("{:5.1} frames/s", self.rate.per_second));
+            lines.push(format!("{:.1} frames/s", self.rate.per_second));
         }
         if self.inspects {
             lines.push(self.inspection(layout).unwrap_or_else(|| "pointer off the frame".into()));

@@ -73,6 +73,18 @@ fn what_is_taken_back_leaves_no_trace() {
 }
 
 #[test]
+fn help_explains_a_verb_and_names_the_one_that_was_meant() {
+    let folder = Folder::new("help");
+    let asked = folder.draw("help circle\nhelp undo\nhelp lien\n");
+    let said = out(&asked).to_owned() + &String::from_utf8_lossy(&asked.stderr);
+    for expected in
+        ["CIRCLE cx cy r c: ", "Example:\nCIRCLE 32 24 20 white\n", "undo [N]: ", "did you mean LINE?"]
+    {
+        assert!(said.contains(expected), "{expected}: {said}");
+    }
+}
+
+#[test]
 fn what_is_done_again_is_as_it_was() {
     let folder = Folder::new("redo");
     let redone = folder.draw(&format!("{LINES}undo 4\nredo 2\nredo\nredo\nCRC\nlist\n"));
@@ -171,6 +183,14 @@ until(b"PX 30 20 ff6347")
 until(b"fbptr> ")
 os.write(fd, b"\x1b[A\x1b[A\r")
 until(b"FILLCIRCLE 30 20 5 tomato")
+until(b"fbptr> ")
+# Lines typed ahead, then lines pasted at once, of which four are a payload and the last is not ended.
+os.write(fd, b"PX 1 1 red\rPX 1 1\rPX 2 2 lime\rPX 2 2\r")
+until(b"PX 1 1 ff0000")
+until(b"PX 2 2 00ff00")
+until(b"fbptr> ")
+os.write(fd, b"\x1b[200~MESH tri OBJ :32\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nFILLRECT 0 0 9 9 blue\nPX 3 3\x1b[201~\r")
+until(b"PX 3 3 0000ff")
 until(b"fbptr> ")
 os.write(fd, b"nonsense\x03")
 until(b"fbptr> ")

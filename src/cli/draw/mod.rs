@@ -11,7 +11,7 @@ mod session;
 
 use super::render_args::RenderArgs;
 use super::{FrameSize, Status, output, say_as_program};
-use crate::command::Verb;
+use crate::command::help_on;
 use crate::save::{self, SnapshotFormat};
 use crate::server::{Display, DisplayObserver, Engine, Limits, Server};
 use clap::Args;
@@ -244,12 +244,7 @@ fn explain(word: &str) -> Result<String, String> {
     {
         return Ok(format!("{form}: {about}\n"));
     }
-    let verb =
-        Verb::find(word.as_bytes()).ok_or_else(|| format!("there is no verb {word}; help lists all"))?;
-    let mut text: String = verb.forms.iter().map(|f| format!("{}: {}\n", f.syntax, f.about)).collect();
-    text.push_str("for example:\n");
-    text.extend(verb.example.lines().map(|line| format!("  {line}\n")));
-    Ok(text)
+    help_on(word).map_err(|fault| format!("{}; help lists all verbs", fault.message))
 }
 
 /// Returns the bytes of a typed command with its payload.
@@ -272,11 +267,14 @@ fn with_payload(command: &CommandLine<'_>, prompt: &mut Prompt) -> Result<Vec<u8
     Ok(bytes)
 }
 
-/// Reads lines until they hold `count` bytes.
+/// Reads lines until they hold `count` bytes; the end of the last line may be one of them.
 fn typed_payload(count: usize, prompt: &mut Prompt) -> Result<Vec<u8>, String> {
     let mut lines: Vec<String> = Vec::new();
     loop {
-        let payload = lines.join("\n");
+        let mut payload = lines.join("\n");
+        if !lines.is_empty() && payload.len() + 1 == count {
+            payload.push('\n');
+        }
         let left = count.saturating_sub(payload.len());
         if left == 0 {
             return match payload.len() {

@@ -11,10 +11,13 @@ use rustyline::history::MemHistory;
 use rustyline::validate::Validator;
 use rustyline::{CompletionType, Config, Context, Editor, Helper};
 use std::borrow::Cow;
+use std::collections::VecDeque;
 
 /// The line editor.
 pub(super) struct Prompt {
     editor: Editor<Assistant, MemHistory>,
+    /// Lines that were pasted behind the one that was returned.
+    pasted: VecDeque<String>,
 }
 
 /// A line that was read, or the end.
@@ -36,7 +39,7 @@ impl Prompt {
         let config = Config::builder().completion_type(CompletionType::List).auto_add_history(true).build();
         let mut editor = Editor::with_history(config, MemHistory::new()).map_err(|e| e.to_string())?;
         editor.set_helper(Some(Assistant::default()));
-        Ok(Prompt { editor })
+        Ok(Prompt { editor, pasted: VecDeque::new() })
     }
 
     /// Sets the names that can be completed.
@@ -46,13 +49,20 @@ impl Prompt {
         }
     }
 
-    /// Reads a line.
+    /// Reads a line. Of several that are pasted at once each call returns one.
     ///
     /// # Errors
     /// A message if standard input cannot be read.
     pub fn read(&mut self, prompt: &str) -> Result<Typed, String> {
+        if let Some(line) = self.pasted.pop_front() {
+            return Ok(Typed::Line(line));
+        }
         match self.editor.readline(prompt) {
-            Ok(line) => Ok(Typed::Line(line)),
+            Ok(text) => {
+                // A terminal that marks what is pasted gives all of its lines as one.
+                self.pasted.extend(text.lines().map(str::to_owned));
+                Ok(Typed::Line(self.pasted.pop_front().unwrap_or_default()))
+            }
             Err(ReadlineError::Interrupted) => Ok(Typed::Dropped),
             Err(ReadlineError::Eof) => Ok(Typed::End),
             Err(e) => Err(format!("standard input: {e}")),

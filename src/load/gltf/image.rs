@@ -51,9 +51,9 @@ pub(super) struct Source<'a, 'b, 'c> {
 }
 
 impl Source<'_, '_, '_> {
-    /// Adds a warning, unless there are enough.
+    /// Adds a warning, unless it is there already or there are enough.
     pub(super) fn warn(&mut self, warning: LoadWarning) {
-        if self.warnings.len() < super::MAX_WARNINGS {
+        if self.warnings.len() < super::MAX_WARNINGS && !self.warnings.contains(&warning) {
             self.warnings.push(warning);
         }
     }

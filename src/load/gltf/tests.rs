@@ -72,6 +72,17 @@ fn a_triangle_is_flat_framed_and_lit() {
 }
 
 #[test]
+fn what_several_primitives_share_is_warned_of_once() {
+    let primitive = r#"{"attributes":{"POSITION":0},"indices":1,"material":0}"#;
+    let more = format!(
+        r#""meshes":[{{"primitives":[{primitive},{primitive}]}}],"materials":[{{"normalTexture":{{"index":0}}}}]"#
+    );
+    let document = load(&file(&more)).expect("a file with a warning");
+    let warnings: Vec<String> = document.warnings().iter().map(|w| w.to_string()).collect();
+    assert_eq!(warnings, ["m.gltf#/materials/0/normalTexture: warning: textures of this kind are left out"]);
+}
+
+#[test]
 fn bytes_are_refused_with_their_pointer() {
     for (more, expected) in [
         (r#""asset":{"version":"1.0"}"#, "m.gltf#/asset/version: version 2, found \"1.0\""),

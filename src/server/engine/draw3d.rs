@@ -345,5 +345,5 @@ fn scene_job(request: SceneRequest, time: f64, sorted: bool, held: Reservation) 
 
 /// Creates the fault for a name without a resource.
 pub(super) fn missing(kind: ResourceKind, name: &str) -> Fault {
-    Fault::new(Code::NoEnt, format!("there is no {} of this name", kind.as_str())).got(name)
+    Fault::new(Code::NoEnt, format!("no {} has this name", kind.as_str())).got(name)
 }

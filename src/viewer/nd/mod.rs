@@ -219,18 +219,18 @@ impl Nd {
         };
         let aperture = match (self.given.hidden_dim(), self.is_slice) {
             (0, _) => "",
-            (_, true) => ", slice",
-            (_, false) => ", aperture as given",
+            (_, true) => " | slice",
+            (_, false) => " | aperture as given",
         };
         let at: Vec<String> = self.pose.position.iter().map(|x| format!("{x:.3}")).collect();
         vec![
             format!(
-                "{}-D on {}-D, {fibre}{aperture}, eye {}",
+                "{}-D on {}-D | {fibre}{aperture} | eye {}",
                 self.given.dim,
                 self.given.screen_dim(),
                 at.join(" ")
             ),
-            format!("plane {a}-{b} ({} to {}), about {about}", self.axis_name(a), self.axis_name(b)),
+            format!("plane {a}-{b} ({} to {}) | about {about}", self.axis_name(a), self.axis_name(b)),
         ]
     }
 

@@ -34,7 +34,7 @@ const SCRIPT: &[u8] = include_bytes!("../../../demos/tour/steps.fbs");
 /// Frames per second of a movie of the tour.
 pub const MOVIE_FRAMES_PER_SECOND: f64 = 5.0;
 /// Pages of a motion that a movie shows, and the largest distance between two of them in frames.
-const MOVIE_MOTION: u64 = 6;
+const MOVIE_MOTION: u64 = 5;
 const MOVIE_STRIDE: u64 = 10;
 /// Frames of the movie that a step takes: after its motion the last of them stays.
 const MOVIE_STEP: usize = 11;
@@ -99,8 +99,10 @@ impl Tour {
         let mut frames = Vec::new();
         for (i, step) in self.steps.iter().enumerate() {
             let shown = MOVIE_MOTION.min(step.motion());
-            let stride = (step.motion() / shown).min(MOVIE_STRIDE.max(step.hold()));
-            frames.extend((0..shown).map(|k| self.first_frame(i) + k * stride));
+            // A picture that grows step by step is shown to its end, a long motion in part.
+            let end = step.motion() - 1;
+            let span = if step.hold() > MOVIE_STRIDE { end } else { end.min((shown - 1) * MOVIE_STRIDE) };
+            frames.extend((0..shown).map(|k| self.first_frame(i) + k * span / (shown - 1).max(1)));
             let last = frames[frames.len() - 1];
             frames.extend(std::iter::repeat_n(last, MOVIE_STEP - shown as usize));
         }

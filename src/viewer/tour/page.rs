@@ -46,30 +46,56 @@ pub fn paint(frame: &mut VideoMemory, step: &Step, [number, count]: [usize; 2], 
         put(frame, [COLUMN, y], &line, color);
         y += LINE;
     }
-    put(frame, [COLUMN, last], "next: right  back: left  F1", QUIET);
+    put(frame, [COLUMN, last], "Right: next  Left: back  F1: keys", QUIET);
     for (i, line) in (0..).zip(&step.caption) {
         put(frame, [MARGIN, MARGIN + PICTURE[1] as i32 + 10 + i * LINE], line, TEXT);
     }
 }
 
-/// Returns the lines of the column: at most `room`, each cut to the column's width. Lines that are
-/// left out are counted in the last one.
+/// Returns the lines of the column, at most `room`: long commands go on in further lines, and the
+/// commands that are left out are counted in the last one.
 fn shown_lines(lines: &[String], room: usize) -> Vec<String> {
-    let mut shown: Vec<String> = lines.iter().flat_map(|line| line.lines()).map(cut).collect();
-    if shown.len() > room {
-        let left_out = shown.len() - (room - 1);
-        shown.truncate(room - 1);
-        shown.push(format!("# and {left_out} more lines"));
+    let commands: Vec<&str> = lines.iter().flat_map(|line| line.lines()).collect();
+    let mut shown = Vec::new();
+    // Lines up to the end of each command that leaves room for the count.
+    let (mut whole, mut fitting) = (0, 0);
+    for (i, command) in commands.iter().enumerate() {
+        shown.extend(folded(command));
+        if shown.len() < room {
+            (whole, fitting) = (i + 1, shown.len());
+        }
+        if shown.len() > room {
+            shown.truncate(fitting);
+            shown.push(format!("# and {} more lines", commands.len() - whole));
+            break;
+        }
     }
     shown
 }
 
-/// Returns a line cut to the width of the column, with two dots for what is missing.
-fn cut(line: &str) -> String {
-    match line.chars().count() > COLUMN_LETTERS {
-        true => line.chars().take(COLUMN_LETTERS - 2).chain("..".chars()).collect(),
-        false => line.to_owned(),
+/// Breaks a command into lines of the column's width, between words where that is possible. All
+/// but the first are indented.
+fn folded(command: &str) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in command.split_inclusive(' ') {
+        let mut letters: Vec<char> = word.chars().collect();
+        let used = |lines: &[String]| lines[lines.len() - 1].chars().count();
+        let is_first = |lines: &[String]| lines[lines.len() - 1].trim().is_empty();
+        if used(&lines) + word.trim_end().chars().count() > COLUMN_LETTERS && !is_first(&lines) {
+            lines.push("  ".to_owned());
+        }
+        while used(&lines) + letters.len() > COLUMN_LETTERS {
+            let rest = letters.split_off((COLUMN_LETTERS - used(&lines)).min(letters.len()));
+            lines.last_mut().expect("never empty").extend(letters);
+            letters = rest;
+            if letters.iter().all(|&c| c == ' ') {
+                break;
+            }
+            lines.push("  ".to_owned());
+        }
+        lines.last_mut().expect("never empty").extend(letters);
     }
+    lines.iter().map(|line| line.trim_end().to_owned()).collect()
 }
 
 /// Breaks a text between words into lines of at most `letters` letters; longer words stay whole.
@@ -126,15 +152,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn titles_break_between_words_and_long_lines_are_cut() {
+    fn titles_and_long_commands_break_between_words() {
         assert_eq!(wrapped("Which pixels are inside?", 16), ["Which pixels are", "inside?"]);
         assert_eq!(wrapped("", 16), Vec::<String>::new());
-        assert_eq!(cut(&"x".repeat(COLUMN_LETTERS)), "x".repeat(COLUMN_LETTERS));
-        let long = cut(&"x".repeat(COLUMN_LETTERS + 1));
-        assert!(long.ends_with("x..") && long.chars().count() == COLUMN_LETTERS);
+        let long = "x".repeat(COLUMN_LETTERS);
+        assert_eq!(folded(&long), [long.as_str()]);
+        assert_eq!(
+            folded(&format!("POKE 1 {long}")),
+            ["POKE 1".to_owned(), format!("  {}", &long[2..]), "  xx".to_owned()]
+        );
+        let words = "MATERIAL 1.00 0.36 0.36 1.00 0.36 0.36 0 0 0 1";
+        assert_eq!(folded(words), ["MATERIAL 1.00 0.36 0.36 1.00 0.36", "  0.36 0 0 0 1"]);
+        assert_eq!(folded(""), [""]);
         let lines: Vec<String> = (0..9).map(|i| i.to_string()).collect();
         assert_eq!(shown_lines(&lines, 9), lines);
         assert_eq!(shown_lines(&lines, 3), ["0", "1", "# and 7 more lines"]);
+        // A command is shown whole or not at all.
+        let lines = ["CLEAR".to_owned(), words.to_owned(), "DRAW a".to_owned()];
+        assert_eq!(shown_lines(&lines, 3), ["CLEAR", "# and 2 more lines"]);
+        assert_eq!(shown_lines(&lines, 4).len(), 4);
     }
 
     #[test]

@@ -54,7 +54,7 @@ fn every_step_plays_without_an_error_and_draws() {
         let step = &tour.steps[number];
         assert!(!step.title.is_empty() && (1..=2).contains(&step.caption.len()), "{}", step.title);
         let widest = step.caption.iter().map(|line| line.chars().count()).max().unwrap_or(0);
-        assert!(widest * 8 <= SIZE[0] as usize - 32, "{}: a caption of {widest} letters", step.title);
+        assert!(widest * 8 <= PICTURE[0] as usize, "{}: a caption of {widest} letters", step.title);
     }
     assert_eq!(tour.locate(tour.last_frame()).0, tour.steps.len() - 1);
     assert_eq!(tour.locate(u64::MAX).0, tour.steps.len() - 1);
@@ -69,8 +69,10 @@ fn a_page_holds_the_picture_that_its_commands_draw() {
         press(&mut viewer, key);
         assert_eq!(step_of(&viewer), expected);
         let Subject::Tour(tour) = &viewer.subject else { panic!("a tour") };
+        let [width, height] = tour.steps[expected].size;
+        let factor = (PICTURE[0] / width) as i32;
         let mut playing = Playing::new(
-            &(Arc::new(|| Engine::new(40, 30).map_err(|e| e.to_string())) as MakeEngine),
+            &(Arc::new(move || Engine::new(width, height).map_err(|e| e.to_string())) as MakeEngine),
             Wishes::default().view_overrides(),
             RenderPath::Plain,
         )
@@ -80,7 +82,7 @@ fn a_page_holds_the_picture_that_its_commands_draw() {
             (0..PICTURE[0] as i32).flat_map(|x| (0..PICTURE[1] as i32).step_by(7).map(move |y| (x, y)))
         {
             let shown = viewer.shown().get_pixel(16 + x, 16 + y);
-            assert_eq!(shown, playing.memory().get_pixel(x / 16, y / 16), "{x} {y}");
+            assert_eq!(shown, playing.memory().get_pixel(x / factor, y / factor), "{x} {y}");
         }
     }
 }
@@ -151,7 +153,12 @@ fn a_movie_shows_every_step_for_the_same_time() {
     for (i, of_step) in frames.chunks(MOVIE_STEP).enumerate() {
         assert!(of_step.iter().all(|&frame| tour.locate(frame).0 == i), "{}", tour.steps[i].title);
         let pages: std::collections::BTreeSet<u64> = of_step.iter().copied().collect();
-        assert_eq!(pages.len() as u64, MOVIE_MOTION.min(tour.steps[i].motion()));
+        let step = &tour.steps[i];
+        assert_eq!(pages.len() as u64, MOVIE_MOTION.min(step.motion()));
+        if step.hold() > MOVIE_STRIDE {
+            let shown = step.presents_at(of_step[MOVIE_STEP - 1] - tour.first_frame(i));
+            assert_eq!(shown, step.presents_at(u64::MAX), "{}: not shown to its end", step.title);
+        }
     }
 }
 
