@@ -1,8 +1,11 @@
 //! `fbptr report`: speed against error, or the hard cases, as tables and as a page.
 
+use super::mesh_args::MeshArgs;
 use super::render_args::RenderArgs;
+use super::scene_file::{self, ReadOptions, SceneError, SceneFile};
 use super::{Status, output, say_as_program};
-use crate::measure::{Effort, hard, run, write};
+use crate::animation::{Animation, FrameOptions};
+use crate::measure::{Effort, UserScene, hard, pictures_of, run, write};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -19,6 +22,11 @@ pub(super) struct ReportArgs {
     /// The hard cases instead: promise, measure, verdict, one row each
     #[arg(long)]
     hard: bool,
+    /// Only the table of whole pictures, for this scene or mesh file in three dimensions; again for further files
+    #[arg(long, value_name = "FILE", conflicts_with = "hard")]
+    scene: Vec<PathBuf>,
+    #[command(flatten)]
+    meshes: MeshArgs,
     #[command(flatten)]
     drawing: RenderArgs,
 }
@@ -42,7 +50,11 @@ impl ReportArgs {
             let effort = if self.quick { Effort::QUICK } else { Effort::FULL };
             // One thread unless told otherwise: what the machine's cores add is a table of its own.
             let effort = effort.drawn_by(simd, threads.unwrap_or(1));
-            let report = run(effort, &mut progress);
+            let report = match self.scenes() {
+                Ok(scenes) if scenes.is_empty() => run(effort, &mut progress),
+                Ok(scenes) => pictures_of(effort, scenes, &mut progress),
+                Err(error) => return error.say(),
+            };
             let machine = machine(if self.quick { "fbptr report --quick" } else { "fbptr report" });
             let json = format!("{:#}\n", write::json(&report, &machine));
             let files = vec![
@@ -64,6 +76,29 @@ impl ReportArgs {
             say_as_program(format_args!("outside its bound: {line}"));
         }
         if written && broken.is_empty() { Status::Success } else { Status::Failed }
+    }
+}
+
+impl ReportArgs {
+    /// Reads the scenes of the command line, each as `fbptr render` draws its first picture.
+    fn scenes(&self) -> Result<Vec<UserScene>, SceneError> {
+        let read = |path: &PathBuf| {
+            let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+            let file = scene_file::read(path, ReadOptions { root: None, meshes: &self.meshes })?.file;
+            if matches!(file, SceneFile::Eye(_)) {
+                let message = format!("{name}: an N-dimensional scene; `fbptr eye --bench` measures those");
+                return Err(SceneError::NoFile(message));
+            }
+            let no_file = |e: String| SceneError::NoFile(format!("{name}: {e}"));
+            let options = FrameOptions { cull: self.meshes.cull, ..FrameOptions::default() };
+            let animation =
+                Animation::new(file, name.clone(), options).map_err(|e| no_file(e.to_string()))?;
+            let mut scene = animation.scene(0).map_err(|e| no_file(e.to_string()))?;
+            let options = animation.scene_options();
+            scene.camera.get_or_insert(options.camera);
+            Ok(UserScene { name, scene, shade: options.shade, order: options.transparency })
+        };
+        self.scene.iter().map(read).collect()
     }
 }
 

@@ -106,6 +106,37 @@ pub(super) fn time<T>(budget: Duration, mut work: impl FnMut() -> T) -> (T, Timi
     }
 }
 
+/// Runs several works in turns until each has its `budget` and 30 samples, so that all see the same
+/// machine. Returns their timings.
+pub(super) fn in_turns(budget: Duration, works: &mut [Box<dyn FnMut() + '_>]) -> Vec<Timing> {
+    let sample = |work: &mut Box<dyn FnMut() + '_>, runs: usize| {
+        let start = Instant::now();
+        (0..runs).for_each(|_| black_box(work()));
+        start.elapsed().as_secs_f64()
+    };
+    let mut runs = vec![1; works.len()];
+    for (work, runs) in works.iter_mut().zip(&mut runs) {
+        work();
+        while *runs < MOST_RUNS && sample(work, *runs) < 2.0 * STEPS_IN_SAMPLE * clock_step_s() {
+            *runs *= 2;
+        }
+    }
+    let all = budget * works.len().max(1) as u32;
+    let mut samples_s: Vec<Vec<f64>> = vec![Vec::new(); works.len()];
+    let begin = Instant::now();
+    for count in 1..=MOST_SAMPLES {
+        for ((work, runs), samples_s) in works.iter_mut().zip(&runs).zip(&mut samples_s) {
+            samples_s.push(sample(work, *runs));
+        }
+        let spent = begin.elapsed();
+        let is_enough = count >= LEAST_SAMPLES || (count >= 3 && spent >= PATIENCE * all);
+        if is_enough && spent >= all {
+            break;
+        }
+    }
+    samples_s.into_iter().zip(runs).map(|(samples_s, runs)| Timing::of(samples_s, runs)).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -130,6 +161,22 @@ mod tests {
         assert!(!Timing { runs: 1, ..timing }.is_measurable());
         let [low, median, high] = timing.quartiles_s;
         assert!(0.0 < low && low <= median && median <= high);
+    }
+
+    #[test]
+    fn works_in_turns_have_as_many_samples_each() {
+        let order = std::cell::RefCell::new(Vec::new());
+        let pause = |who: u8, ms| {
+            let order = &order;
+            move || {
+                std::thread::sleep(Duration::from_millis(ms));
+                order.borrow_mut().push(who);
+            }
+        };
+        let timings = in_turns(Duration::ZERO, &mut [Box::new(pause(0, 1)), Box::new(pause(1, 2))]);
+        assert!(timings.len() == 2 && timings[0].samples == timings[1].samples, "{timings:?}");
+        let order = order.borrow();
+        assert!(order[4..].chunks_exact(2).all(|two| two[0] != two[1]), "{order:?}");
     }
 
     #[test]

@@ -33,7 +33,7 @@ pub(super) const EYE: Experiment = Experiment {
 };
 
 /// Returns two rotated tesseracts, one partly in front of the other, with a point light and a sun.
-fn two_tesseracts(pixels: [u32; 2]) -> EyeScene {
+pub(super) fn two_tesseracts(pixels: [u32; 2]) -> EyeScene {
     let turns = vec![(0, 1, 30.0), (0, 2, 20.0), (1, 3, 40.0), (0, 3, 25.0)];
     let demo = DemoScene { pixels: pixels.to_vec(), aperture_tan: 0.4, turns };
     let mut parts = demo.scene(tesseract()).expect("turns in planes of its axes").into_parts();

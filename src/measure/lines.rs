@@ -90,7 +90,7 @@ fn midpoint_rule(p0: [i32; 2], p1: [i32; 2]) -> Vec<[i32; 2]> {
 /// Returns the area of pixel (x, y), the unit square about (x, y), inside the rectangle about the
 /// segment: the square cut by the four sides, one after the other (I. E. Sutherland, G. W. Hodgman,
 /// "Reentrant polygon clipping", 1974).
-fn area(p0: [i32; 2], p1: [i32; 2], x: i32, y: i32) -> f64 {
+pub(super) fn area(p0: [i32; 2], p1: [i32; 2], x: i32, y: i32) -> f64 {
     let d = [f64::from(p1[0] - p0[0]), f64::from(p1[1] - p0[1])];
     let length = libm::hypot(d[0], d[1]);
     if length == 0.0 {

@@ -29,6 +29,7 @@ mod interpolation;
 mod lines;
 mod memory;
 mod picture;
+mod pictures;
 mod report;
 mod scaling;
 mod scaling_studies;
@@ -45,6 +46,7 @@ pub use experiment::{Bound, Check, Effort, Experiment, Picture, Row, Standing, T
 pub use goals::{Goal, eye_goals};
 pub use hard::{HardRow, hard};
 pub use picture::{Drawn, draw_case};
+pub use pictures::{UserScene, pictures_of, speed_of};
 pub use report::{Report, ScalingStudy, Section, experiments, run, scaling_studies};
 pub use scaling::{Scaling, ScalingPoint};
 pub use stages::{Saving, savings};

@@ -69,37 +69,55 @@ impl Buffers {
     }
 }
 
+/// Returns the part of the frame that a case is drawn in.
+fn viewport(case: &Case) -> Viewport {
+    let full_frame =
+        Viewport { x: 0, y: 0, width: case.width, height: case.height, rule: ViewportRule::Corners };
+    case.settings.viewport.unwrap_or(full_frame)
+}
+
+/// Returns the options of a case that is drawn as one scene; `None` for one draw per object.
+pub(super) fn scene_options(case: &Case) -> Option<SceneOptions> {
+    let s = &case.settings;
+    let Transparency::AfterOpaque(transparency) = s.transparency else { return None };
+    Some(SceneOptions {
+        viewport: viewport(case),
+        shade: s.shade,
+        hide: s.hide,
+        interp: s.interpolation,
+        transparency,
+        ..SceneOptions::new(case.width, case.height)
+    })
+}
+
 fn draw_into(renderer: &mut Renderer, target: &mut Target, case: &Case) {
     try_draw_into(renderer, target, case).expect("a case's scene can be drawn");
 }
 
-fn try_draw_into(renderer: &mut Renderer, target: &mut Target, case: &Case) -> Result<(), PipelineError> {
+/// Draws a case, or says why it is refused.
+pub(super) fn try_draw_into(
+    renderer: &mut Renderer,
+    target: &mut Target,
+    case: &Case,
+) -> Result<(), PipelineError> {
     let s = &case.settings;
-    let full_frame =
-        Viewport { x: 0, y: 0, width: case.width, height: case.height, rule: ViewportRule::Corners };
-    let viewport = s.viewport.unwrap_or(full_frame);
-    match s.transparency {
-        Transparency::AfterOpaque(transparency) => {
+    match scene_options(case) {
+        Some(options) if s.cull.is_none() => {
+            renderer.draw_scene(target, &case.scene, &options)?;
+        }
+        Some(options) => {
             let mut scene = case.scene.clone();
             for o in &mut scene.objects {
                 o.cull = s.cull.unwrap_or(o.cull);
             }
-            let options = SceneOptions {
-                viewport,
-                shade: s.shade,
-                hide: s.hide,
-                interp: s.interpolation,
-                transparency,
-                ..SceneOptions::new(case.width, case.height)
-            };
             renderer.draw_scene(target, &scene, &options)?;
         }
-        Transparency::AtOnce => {
+        None => {
             for (i, o) in case.scene.objects.iter().enumerate() {
                 let call = DrawCall {
                     model: o.model,
                     camera: case.scene.camera.unwrap_or_default(),
-                    viewport,
+                    viewport: viewport(case),
                     ambient: case.scene.ambient,
                     lights: &case.scene.lights,
                     light_subset: o.lights.as_deref(),
@@ -151,6 +169,14 @@ impl BenchFrame {
         let (memory, depth) = (&mut self.memory, &mut self.depth);
         let mut target = Target { memory, depth, depth_format: DepthFormat::F32, ids: None };
         self.renderer.draw_scene(&mut target, scene, &options).expect("a scene of the program's own making");
+    }
+
+    /// Clears colour and depth and draws a scene with these options.
+    pub fn draw_with(&mut self, scene: &Scene, options: &SceneOptions, depth_format: DepthFormat) {
+        self.clear();
+        let (memory, depth) = (&mut self.memory, &mut self.depth);
+        let mut target = Target { memory, depth, depth_format, ids: None };
+        self.renderer.draw_scene(&mut target, scene, options).expect("a scene that was drawn before");
     }
 
     /// Clears colour and depth and draws a case of the frame's size.

@@ -14,6 +14,7 @@ pub fn experiments() -> Vec<Experiment> {
         super::textures::TEXTURES,
         super::hidden_surfaces::HIDDEN,
         super::stages::STAGES,
+        super::pictures::PICTURES,
         super::fibre_fan::FAN,
         super::eye::EYE,
         super::threads::THREADS,

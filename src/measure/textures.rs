@@ -45,7 +45,7 @@ const EYE: DVec3 = DVec3::new(0.3, 0.0, 4.0);
 const FOV_RAD: f64 = 0.8;
 
 /// Returns a texture of bricks of two colours with a little noise.
-fn bricks() -> Arc<Texture> {
+pub(super) fn bricks() -> Arc<Texture> {
     let bytes = (0..64 * 64u32).flat_map(|i| {
         let (x, y) = (i % 64, i / 64);
         let joint = y % 16 == 0 || (x + y / 16 % 2 * 16) % 32 == 0;

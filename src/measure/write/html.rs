@@ -1,7 +1,7 @@
 //! Report as one HTML page: no script, no external resources, plots as inline SVG.
 
 use super::plot::{escape, scaling, speed_against_error};
-use super::{bounds, derivations, error, mebibytes, name, number, saved, spent, time, truth};
+use super::{bounds, derivations, error, gained, mebibytes, name, number, saved, spent, time, truth};
 use crate::measure::{Report, Section};
 use std::fmt::Write;
 
@@ -48,6 +48,11 @@ pub fn html(report: &Report, machine: &str) -> String {
     }
     for section in &report.sections {
         section_html(&mut out, section);
+        let gained: String =
+            gained(section).iter().map(|line| format!("<li>{}</li>", escape(line))).collect();
+        if !gained.is_empty() {
+            let _ = writeln!(out, "<p>Times as fast as the picture as asked:</p>\n<ul>{gained}</ul>");
+        }
         if section.experiment.id == "stages" {
             let saved: String =
                 saved(report).iter().map(|line| format!("<li>{}</li>", escape(line))).collect();

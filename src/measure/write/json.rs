@@ -1,6 +1,6 @@
 //! Report as JSON.
 
-use crate::measure::{Report, Row, Standing, savings};
+use crate::measure::{Report, Row, Standing, savings, speed_of};
 use serde_json::{Value, json};
 
 /// Converts a number; infinite ones, which JSON lacks, become text.
@@ -24,9 +24,9 @@ pub fn json(report: &Report, machine: &str) -> Value {
         .iter()
         .map(|s| {
             let rows: Vec<Value> = s
-                .rows
-                .iter()
-                .map(|r| {
+                .subjects()
+                .flat_map(|(_, rows)| rows.iter().map(move |r| (rows, r)))
+                .map(|(rows, r)| {
                     let bounds: Vec<Value> = r
                         .bounds
                         .iter()
@@ -43,6 +43,7 @@ pub fn json(report: &Report, machine: &str) -> Value {
                         "within_bounds": r.is_run.then(|| r.is_within_bounds()),
                         "time_ns_per_unit": r.nanoseconds_per_unit(),
                         "time_ns_quartiles": r.nanosecond_quartiles(),
+                        "time_speed_of_default": speed_of(r, rows),
                         "time_samples": r.timing.map(|t| t.samples),
                         "time_runs_per_sample": r.timing.map(|t| t.runs),
                     })

@@ -10,7 +10,7 @@ pub use json::{errors_json, json};
 pub use markdown::{goals_markdown, hard_markdown, markdown};
 pub use plot::contact_sheet;
 
-use super::{Bound, Experiment, Report, Row, Section, Standing, savings};
+use super::{Bound, Experiment, Report, Row, Section, Standing, savings, speed_of};
 
 /// Formats an error for a table, with its significant digits, identical on every machine.
 pub(super) fn number(x: f64) -> String {
@@ -61,6 +61,21 @@ pub(super) fn saved(report: &Report) -> Vec<String> {
         format!("{}: {} parts left out, {} bytes less{ratio}", s.scene, s.parts_left_out, s.bytes_saved)
     };
     savings(report).iter().map(line).collect()
+}
+
+/// Returns what each budget gains over the picture as asked, scene by scene, as lines of text.
+pub(super) fn gained(section: &Section) -> Vec<String> {
+    let line = |(subject, rows): (&str, &[Row])| {
+        let of = |row: &Row| Some(format!("{}: {:.2}", row.alternative, speed_of(row, rows)?));
+        let parts: Vec<String> =
+            rows.iter().filter(|r| r.alternative.starts_with("max-error")).filter_map(of).collect();
+        (!parts.is_empty()).then(|| format!("{subject}: {}", parts.join("; ")))
+    };
+    if section.experiment.id != "pictures" {
+        Vec::new()
+    } else {
+        section.subjects().filter_map(line).collect()
+    }
 }
 
 /// Returns the derivations of a section's bounds, each once.
