@@ -28,7 +28,8 @@ const TIMES: [f64; 3] = [0.0, 1.0, 2.5];
 type Outcome = Result<(), Box<dyn Error>>;
 
 fn main() -> Outcome {
-    let (flags, words): (Vec<_>, Vec<_>) = std::env::args_os().skip(1).partition(|word| word == "--spoil");
+    let (flags, words): (Vec<_>, Vec<_>) =
+        std::env::args_os().skip(1).partition(|word| word == "--spoil" || word == "--portable");
     let mut words = words.into_iter();
     let data = PathBuf::from(words.next().ok_or("expected: crcs DATA [COUNT]")?);
     let count = words.next().map_or(Ok(200), |word| word.to_string_lossy().parse())?;
