@@ -127,17 +127,15 @@ fn draw_whole<S: Simd, D: DepthTest>(
     let depth = &mut tile.depth[depth_at..depth_at + count];
     let is_level = test.slope(face) == 0.0;
     let constant = if is_level { test.exact_words(s, face, x, y) } else { s.splat_i(0) };
-    let mut column = 0;
-    while column < count {
-        let depth = &mut depth[column..column + S::LANES];
-        let ids = &mut ids[column..column + S::LANES];
-        let word = if is_level { constant } else { test.exact_words(s, face, x + column as i32, y) };
+    let mut column = x;
+    for (depth, ids) in depth.chunks_exact_mut(S::LANES).zip(ids.chunks_exact_mut(S::LANES)) {
+        let word = if is_level { constant } else { test.exact_words(s, face, column, y) };
         let old = s.load_i(depth);
         let passes = test.is_nearer(s, word, old);
         s.store_i(s.select_i(passes, word, old), depth);
         s.store_i(s.select_i(passes, id, s.load_i(ids)), ids);
         passed += passes.bits().count_ones() as u64;
-        column += S::LANES;
+        column += S::LANES as i32;
     }
     passed
 }
