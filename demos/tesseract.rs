@@ -50,7 +50,7 @@ fn edges(client: &Client, shape: &Shape, radius: f64) {
             mixed(TEAL, GOLD, (hidden * 2.0 - 1.0).min(1.0))
         };
         let light = (0.62 - 0.5 * ahead).clamp(0.2, 1.0);
-        // The glow: a wide faint line, then narrower and brighter ones, the last one pixel wide.
+        // A wide faint line, then narrower and brighter ones, the last one pixel wide.
         for (width, alpha) in [(4_i32, 9.0), (3, 14.0), (2, 22.0), (1, 50.0), (0, 235.0)] {
             for (dx, dy) in
                 (-width..=width).flat_map(|dx| [(dx, width), (dx, -width), (width, dx), (-width, dx)])

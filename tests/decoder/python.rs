@@ -5,7 +5,7 @@ use fbptr::command::{Encoding, Parameter, ParameterKind, Payload, Reply, Verb};
 use std::fmt::Write;
 
 const CLIENT: &str = "clients/python/fbptr.py";
-/// The same file in the Python package; a link would not survive every checkout.
+/// Copy of the client in the Python package; a link would not survive every checkout.
 const IN_PACKAGE: &str = "python/fbptr/client.py";
 const MARKS: [&str; 2] = [
     "    # Made from the verb table: BLESS=1 cargo test --test decoder python\n",
