@@ -5,8 +5,12 @@
 //! Usage: `streams DATA OUT [COUNT]`, where `DATA` is `tests/data`, and `COUNT` the number of
 //! random streams.
 
+#[path = "../../tests/lean/src/files.rs"]
+mod files;
+
 use fbptr::server::Pace;
 use fbptr_playground::{Player, View};
+use files::files;
 use std::error::Error;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -42,21 +46,6 @@ fn draw(path: &Path, stream: Vec<u8>) -> Outcome {
     let _ = player.run(Pace::Free);
     println!("{} {:08x}", path.display(), player.crc());
     Ok(())
-}
-
-/// Returns the files below a folder whose names have an ending, sorted.
-fn files(folder: &Path, ending: &str) -> Result<Vec<PathBuf>, Box<dyn Error>> {
-    let mut found = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))? {
-        let path = entry?.path();
-        if path.is_dir() {
-            found.extend(files(&path, ending)?);
-        } else if path.extension().is_some_and(|e| e == ending) {
-            found.push(path);
-        }
-    }
-    found.sort();
-    Ok(found)
 }
 
 /// Returns a stream that carries a file, and draws it.

@@ -2,6 +2,7 @@
 //! a mouse and keys.
 
 use crate::screen::{Folder, Guard, Screen, wait_for};
+use crate::serve::serve;
 use crate::tools;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -37,19 +38,7 @@ struct Drawing<'a> {
 impl Drawing<'_> {
     /// Starts both, and moves the window to the screen's corner.
     fn start(screen: &Screen) -> Drawing<'_> {
-        let mut server = Guard(
-            Command::new(env!("CARGO_BIN_EXE_fbptr"))
-                .args(["serve", "--listen", ":0", "--size", "320x200"])
-                .env("DISPLAY", &screen.display)
-                .env_remove("WAYLAND_DISPLAY")
-                .stderr(Stdio::piped())
-                .spawn()
-                .expect("the server starts"),
-        );
-        let mut says = BufReader::new(server.0.stderr.take().expect("piped"));
-        let mut line = String::new();
-        says.read_line(&mut line).expect("the server tells its address");
-        let address = line.trim_end().rsplit(' ').next().expect("an address").to_owned();
+        let (server, address) = serve(screen, &[]);
         let mut program = Guard(
             Command::new("python3")
                 .args([DRAW, &address, "--print"])

@@ -176,8 +176,9 @@ impl EventLoop {
                 Err(e) if e.kind() == io::ErrorKind::WouldBlock => self.may_accept = false,
                 Err(e)
                     if matches!(e.kind(), io::ErrorKind::ConnectionAborted | io::ErrorKind::Interrupted) => {}
-                // No descriptor or memory is left: other connections may end soon.
-                Err(_) => std::thread::sleep(PAUSE),
+                // No descriptor or memory is left: other connections may end soon. The viewers are
+                // served in between.
+                Err(_) => return std::thread::sleep(PAUSE),
             }
             if !self.may_accept {
                 return;

@@ -9,6 +9,7 @@
 //! `--portable` the random pictures are drawn by the portable path; otherwise by the widest vectors,
 //! whose name is printed to standard error.
 
+mod files;
 mod random;
 
 use fbptr::eye::EyeScene;
@@ -17,6 +18,7 @@ use fbptr::pipeline::{self, SceneOptions};
 use fbptr::save::golden;
 use fbptr::simd::Level;
 use fbptr::{Framebuffer, Scene};
+use files::files;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
@@ -61,21 +63,6 @@ fn main() -> Outcome {
         println!("random {seed} {:08x}", fb.crc());
     }
     Ok(())
-}
-
-/// Returns the files below a folder whose names have an ending, sorted.
-fn files(folder: &Path, ending: &str) -> Result<Vec<PathBuf>, Box<dyn Error>> {
-    let mut found = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))? {
-        let path = entry?.path();
-        if path.is_dir() {
-            found.extend(files(&path, ending)?);
-        } else if path.extension().is_some_and(|e| e == ending) {
-            found.push(path);
-        }
-    }
-    found.sort();
-    Ok(found)
 }
 
 /// Returns a file's path below the folder of test data.
