@@ -46,14 +46,15 @@ pub struct Bill {
 /// Parts that are left out together, as one way to draw the frame without them.
 type Without = (Part, fn(&mut Scene, &mut SceneOptions));
 
-/// Returns the parts that a frame can be drawn without.
-const LEFT_OUT: [Without; 6] = [
+/// Parts that a frame can be drawn without.
+const LEFT_OUT: [Without; 7] = [
     (Part::DepthMemory, |_, options| options.hide = HiddenSurface::None),
     (Part::CullFaces, |scene, _| scene.objects.iter_mut().for_each(|o| o.cull = Cull::None)),
     (Part::LightFaces, |scene, _| scene.lights.clear()),
     (Part::LightVertices, |scene, _| scene.lights.clear()),
     (Part::LightPixels, |scene, _| scene.lights.clear()),
     (Part::Fog, |scene, _| scene.fog = None),
+    (Part::SampleTextures, |scene, _| without_textures(scene)),
 ];
 
 /// Removes all textures.
@@ -81,14 +82,12 @@ pub fn bill(
     let whole = draw(scene, options)?;
     let mut items = Vec::new();
     for item in whole.plan.items().iter().filter(|i| i.used) {
-        let (mut changed, mut other) = (None, options.clone());
-        if let Some((_, leave_out)) = LEFT_OUT.iter().find(|(part, _)| *part == item.part) {
-            leave_out(changed.insert(scene.clone()), &mut other);
-        } else if item.part == Part::SampleTextures {
-            without_textures(changed.insert(scene.clone()));
-        }
-        let seconds = match changed {
-            Some(changed) => difference(&whole.timing, &draw(&changed, &other)?.timing),
+        let seconds = match LEFT_OUT.iter().find(|(part, _)| *part == item.part) {
+            Some((_, leave_out)) => {
+                let (mut scene, mut options) = (scene.clone(), options.clone());
+                leave_out(&mut scene, &mut options);
+                difference(&whole.timing, &draw(&scene, &options)?.timing)
+            }
             None => None,
         };
         items.push(BillItem {
@@ -131,17 +130,18 @@ fn drawn(
     let mut memory =
         VideoMemory::new(width, height).map_err(|_| PipelineError::NotFinite { what: "the frame's size" })?;
     let (mut depth, depth_format) = (None, DepthFormat::default());
+    // Facts about the meshes are kept from here on.
+    renderer.release();
+    let target = Target { memory: &mut memory, depth: &mut depth, depth_format, ids: None };
+    let plan = renderer.plan_scene(&target, scene, options);
     let mut draw = |renderer: &mut Renderer| {
         let mut target = Target { memory: &mut memory, depth: &mut depth, depth_format, ids: None };
         if let Some(depth) = target.depth {
             depth.clear();
         }
-        let plan = renderer.plan_scene(&target, scene, options);
-        renderer.draw_scene(&mut target, scene, options).map(|stats| (plan, stats))
+        renderer.draw_scene(&mut target, scene, options)
     };
-    // Facts about the meshes are kept from the first draw on.
-    renderer.release();
-    let (plan, stats) = draw(renderer)?;
+    let stats = draw(renderer)?;
     let paths = renderer.path_counts();
     let (_, timing) = clock::time(BUDGET, || draw(renderer).is_ok());
     let depth_bytes = depth.map(|d| d.size_bytes() as u64);

@@ -15,8 +15,12 @@ use proptest::prelude::*;
 /// Size of the frame in pixels.
 const SIZE: [u32; 2] = [150, 110];
 
-/// Counts of a draw, and the face seen at each pixel; or the error.
-type Shown = Result<(DrawStats, Vec<Option<(u32, u32)>>), String>;
+/// Largest error of a depth of the fast path: closer to the far plane it may round to the depth that
+/// the memory is cleared to, in one path alone.
+const DEPTH_ERROR: f64 = 4e-7;
+
+/// Counts of a draw, and the depth of each pixel that a face is seen at; or the error.
+type Shown = Result<(DrawStats, Vec<Option<f64>>), String>;
 
 fn draw(path: RenderPath, call: &DrawCall<'_>, format: DepthFormat) -> Shown {
     let [width, height] = SIZE;
@@ -26,11 +30,16 @@ fn draw(path: RenderPath, call: &DrawCall<'_>, format: DepthFormat) -> Shown {
         Target { memory: &mut memory, depth: &mut depth, depth_format: format, ids: Some(&mut ids) };
     let mut renderer = Renderer::new(RenderOptions { path, ..RenderOptions::default() });
     let stats = renderer.draw(&mut target, call).map_err(|e| e.to_string())?;
-    let at = |i: u32| ids.get((i % width) as i32, (i / width) as i32);
+    let depth = depth.ok_or("there is no depth memory")?;
+    let at = |i: u32| {
+        let (x, y) = ((i % width) as i32, (i / width) as i32);
+        ids.get(x, y).and(depth.z(x, y))
+    };
     Ok((stats, (0..width * height).map(at).collect()))
 }
 
-/// Draws by both paths and verifies equal counts and coverage.
+/// Draws by both paths and verifies equal counts and coverage. A pixel that one path alone shows is
+/// at the far plane, where the depth test decides by rounding.
 fn both_paths_agree(call: &DrawCall<'_>, format: DepthFormat) -> Option<DrawStats> {
     let (fast, plain) = (draw(RenderPath::Fast, call, format), draw(RenderPath::Plain, call, format));
     let (fast, plain) = match (fast, plain) {
@@ -44,8 +53,11 @@ fn both_paths_agree(call: &DrawCall<'_>, format: DepthFormat) -> Option<DrawStat
         [s.faces, s.faces_drawn, s.faces_empty, s.faces_culled, s.faces_outside, s.pixels_tested]
     };
     assert_eq!(counts(&fast.0), counts(&plain.0));
-    let unlike = fast.1.iter().zip(&plain.1).filter(|(f, p)| f.is_some() != p.is_some()).count();
-    assert_eq!(unlike, 0);
+    let is_unlike = |(fast, plain): &(&Option<f64>, &Option<f64>)| match (fast, plain) {
+        (Some(z), None) | (None, Some(z)) => *z < 1.0 - DEPTH_ERROR,
+        _ => false,
+    };
+    assert_eq!(fast.1.iter().zip(&plain.1).filter(is_unlike).count(), 0);
     Some(fast.0)
 }
 
@@ -214,5 +226,31 @@ fn a_pixel_beside_a_face_across_the_near_plane_is_decided_alike() {
     };
     for format in [DepthFormat::F32, DepthFormat::Reversed, DepthFormat::U16] {
         assert!(both_paths_agree(&call, format).is_some_and(|stats| stats.pixels_tested > 0));
+    }
+}
+
+/// A pixel whose depth is less than an f32's half step before the far plane: it rounds to 1, which is
+/// not in front of the cleared depth, in the plain path alone.
+#[test]
+fn a_pixel_on_the_far_plane_is_tested_by_both_paths() {
+    let turn =
+        DQuat::from_euler(glam::EulerRot::XYZ, -0.5504535824452511, -2.626798587326556, 0.8107015896116783);
+    let projection = Projection::Ortho {
+        window: [2.493160659629819, -1.9973259929516018, -0.3344328975286584, 0.4044955216920015],
+        near: 0.01,
+        far: 4.829139195077896,
+    };
+    let eye = DVec3::new(2.393489506687668, -4.228007891321803, 1.0445416602510242);
+    let geometry = Geometry { mesh: knot(), textures: Vec::new() };
+    let material = Material::default();
+    let call = DrawCall {
+        model: DMat4::from_quat(turn) * DMat4::from_scale(DVec3::new(1.0, 0.9883140515310312, 1.0)),
+        camera: Camera { look_at: LookAt { eye, reference: DVec3::ZERO, up: DVec3::Y }, projection },
+        viewport: Viewport { x: 0, y: 0, width: SIZE[0], height: SIZE[1], rule: ViewportRule::Centres },
+        cull: Cull::Back,
+        ..DrawCall::new(&geometry, &material, SIZE[0], SIZE[1])
+    };
+    for format in [DepthFormat::F32, DepthFormat::Reversed, DepthFormat::U16] {
+        assert!(both_paths_agree(&call, format).is_some_and(|stats| stats.pixels_tested == 11_087));
     }
 }
