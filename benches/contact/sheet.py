@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
-"""Renders some two hundred X3D and OBJ files onto contact sheets, for visual inspection.
+"""Renders some two hundred X3D, OBJ, glTF, STL and PLY files onto contact sheets, for visual inspection.
 
     python3 benches/contact/sheet.py target/release/fbptr docs/sheets
 
-The OBJ files are written by `objects.py`, the X3D files are those of `tests/data/x3d`. Each is drawn
-by `fbptr render` at 120x90 from its own camera, or from one that frames it. Writes `files-obj.png` and
-`files-x3d.png`, and prints each file's position on its sheet (row, column) with the first line of the
-program's messages. A refused file leaves its position black. Exit status 1 unless exactly the expected
-files are refused: XML that is not well formed, and files that include themselves.
+The OBJ files are written by `objects.py`, the others are those of `tests/data`. Each is drawn by
+`fbptr render` at 120x90 from its own camera, or from one that frames it. Writes `files-obj.png`,
+`files-x3d.png` and `files-formats.png`, and prints each file's position on its sheet (row, column) with
+the first line of the program's messages. A refused file leaves its position black. Exit status 1 unless
+exactly the expected files are refused: XML that is not well formed, files that include themselves, and
+those with `broken` in their name.
 """
 
 import glob
@@ -20,8 +21,8 @@ import objects
 
 WIDTH, HEIGHT, GAP, COLUMNS = 120, 90, 2, 16
 BACKGROUND = (24, 32, 48)
-REFUSED = ("_malformed", "cycle_")
-TESTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../tests/data/x3d")
+REFUSED = ("_malformed", "cycle_", "broken_")
+TESTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../tests/data")
 
 
 def render(program, path, folder):
@@ -58,10 +59,13 @@ def sheet(program, paths, out, folder):
 
 def main():
     program, folder_out = sys.argv[1:]
-    scenes = sorted(glob.glob(os.path.join(TESTS, "**", "*.x3d*"), recursive=True))
+    scenes = sorted(glob.glob(os.path.join(TESTS, "x3d", "**", "*.x3d*"), recursive=True))
+    others = sorted(path for path in glob.glob(os.path.join(TESTS, "formats", "*", "**", "*.*"), recursive=True)
+                    if path.endswith((".gltf", ".glb", ".stl", ".ply")))
     with tempfile.TemporaryDirectory() as folder:
         wrong = sheet(program, objects.write_all(folder), os.path.join(folder_out, "files-obj.png"), folder)
         wrong += sheet(program, scenes, os.path.join(folder_out, "files-x3d.png"), folder)
+        wrong += sheet(program, others, os.path.join(folder_out, "files-formats.png"), folder)
     sys.exit(1 if wrong else 0)
 
 

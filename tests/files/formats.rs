@@ -119,6 +119,16 @@ fn broken_files_are_refused_and_odd_ones_warned_of_with_their_place() {
              the file has 684",
         ),
         ("stl/broken_cut.stl", "broken_cut.stl:27: not a readable STL: EOF while expecting vertex"),
+        (
+            "gltf/broken_accessor.glb",
+            "broken_accessor.glb#/meshes/0/primitives/0/attributes/POSITION: accessor index 7 names none of \
+             the 0 there are",
+        ),
+        (
+            "gltf/broken_index.gltf",
+            "broken_index.gltf#/meshes/0/primitives/0/indices: vertex index 99 names none of the 24 there are",
+        ),
+        ("gltf/broken_length.glb", "broken_length.glb:byte 12: not a readable GLB: no chunk of JSON"),
     ] {
         let refused = read(name, &fs::read(data().join(name)).unwrap()).err().expect("an error");
         assert_eq!(refused.to_string(), expected);

@@ -442,6 +442,18 @@ def gltf_animations():
     f.glb("gltf/skin.glb")
 
 
+def gltf_broken():
+    positions, _, _, triangles = box()
+    f = File()
+    f.show(f.add("nodes", mesh=f.mesh(POSITION=f.accessor(positions), indices=f.accessor([*triangles[:-1], 99], "B"))))
+    f.gltf("gltf/broken_index.gltf")
+    f = File()
+    f.show(f.add("nodes", mesh=f.mesh(POSITION=7)))
+    f.glb("gltf/broken_accessor.glb")
+    # The header's length leaves no room for the header.
+    put("gltf/broken_length.glb", struct.pack("<4sII", b"glTF", 2, 4))
+
+
 def facet_text(points):
     lines = "".join("      vertex {} {} {}\n".format(*p) for p in points)
     return f"  facet normal 0 0 0\n    outer loop\n{lines}    endloop\n  endfacet\n"
@@ -525,5 +537,6 @@ def ply():
 
 
 if __name__ == "__main__":
-    for make in (gltf_meshes, gltf_textures, gltf_materials, gltf_cameras_and_lights, gltf_animations, stl, ply):
+    for make in (gltf_meshes, gltf_textures, gltf_materials, gltf_cameras_and_lights, gltf_animations, gltf_broken,
+                 stl, ply):
         make()
