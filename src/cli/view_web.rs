@@ -30,7 +30,7 @@ impl ViewerPage {
     /// whether the viewer is to end.
     pub fn step(&mut self, viewer: &mut Viewer, is_new: bool) -> bool {
         self.is_pending |= is_new;
-        if self.is_pending && self.feed.is_wanted() {
+        if self.is_pending && self.feed.is_requested() {
             self.is_pending = false;
             self.frame += 1;
             let memory = viewer.shown();

@@ -18,7 +18,7 @@ use std::net::IpAddr;
 use std::sync::Arc;
 
 /// Messages of the page that may be queued, and chunks of replies.
-const ROOM: usize = 8;
+const QUEUE_LENGTH: usize = 8;
 /// Most bytes of a chunk of replies.
 const CHUNK_BYTES: usize = 16 << 10;
 
@@ -41,8 +41,8 @@ impl CommandLine {
         feed: &Arc<WebFeed>,
     ) -> Result<CommandLine, String> {
         let slot = admission.admit(Some(peer)).map_err(|refusal| refusal.to_string())?;
-        let (lines, lines_out) = bounded(ROOM);
-        let (replies_in, replies) = bounded(ROOM);
+        let (lines, lines_out) = bounded(QUEUE_LENGTH);
+        let (replies_in, replies) = bounded(QUEUE_LENGTH);
         // There is room: nothing was sent before.
         let _ = lines.try_send(b"ERRORS report\n".to_vec());
         let reader = LineReader { lines: lines_out, current: Vec::new(), at: 0, feed: feed.clone() };
@@ -85,7 +85,7 @@ impl CommandLine {
 }
 
 /// Runs lines of a viewer in a connection of its own, which the first one opens.
-pub(super) fn run_line(viewer: &mut Viewer, line: String, target: &WebTarget, feed: &Arc<WebFeed>) {
+pub(super) fn send_line(viewer: &mut Viewer, line: String, target: &WebTarget, feed: &Arc<WebFeed>) {
     let WebTarget::Thread { link, admission } = target else { return };
     let commands = match viewer.commands.take() {
         Some(commands) => commands,

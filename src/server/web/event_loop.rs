@@ -117,7 +117,7 @@ impl EventLoop {
 
     /// Serves until the server ends.
     pub fn run(mut self) {
-        give_way();
+        lower_priority();
         let mut events = Events::with_capacity(256);
         while !self.is_ending.load(Ordering::Acquire) {
             let timeout = if self.has_work() { Duration::ZERO } else { TICK };
@@ -144,7 +144,7 @@ impl EventLoop {
             let now = Instant::now();
             self.accept(now, &mut http);
             http.into_iter().for_each(|token| self.advance(token, now));
-            self.take_news();
+            self.take_updates();
             self.serve_viewers(now);
             if now >= self.ticked_at + TICK {
                 self.ticked_at = now;
@@ -225,16 +225,16 @@ impl EventLoop {
     }
 
     /// Takes what the render thread has sent.
-    fn take_news(&mut self) {
+    fn take_updates(&mut self) {
         self.take_depths();
         let display = self.feed.display();
         let (listeners, title) = (display.has_listeners(), display.take_title());
         if let Some(title) = title {
-            self.tell_all(&format!("title {title}"));
+            self.notify_all(&format!("title {title}"));
             self.title = Some(title);
         }
         if std::mem::replace(&mut self.listeners, listeners) != listeners {
-            self.tell_all(&format!("listeners {}", u8::from(listeners)));
+            self.notify_all(&format!("listeners {}", u8::from(listeners)));
         }
     }
 
@@ -245,7 +245,7 @@ impl EventLoop {
         })
     }
 
-    fn tell_all(&mut self, text: &str) {
+    fn notify_all(&mut self, text: &str) {
         self.viewers().for_each(|viewer| viewer.note(text.to_owned()));
     }
 
@@ -255,7 +255,7 @@ impl EventLoop {
             |(token, m): (&usize, &Member)| matches!(m.connection, Connection::Viewer(_)).then_some(*token);
         let tokens: Vec<usize> = self.members.iter().filter_map(is_viewer).collect();
         for token in &tokens {
-            if self.hear(*token, now).is_err() {
+            if self.read_requests(*token, now).is_err() {
                 self.remove(*token);
             }
         }
@@ -275,7 +275,7 @@ impl EventLoop {
             }
             is_ready |= viewer.is_ready();
         }
-        if is_ready && self.feed.want() {
+        if is_ready && self.feed.request_frame() {
             self.wake_render_thread();
         }
     }
@@ -332,7 +332,7 @@ impl EventLoop {
 }
 
 /// Lets the render thread go first where both want the processor.
-fn give_way() {
+fn lower_priority() {
     #[cfg(target_os = "linux")]
     {
         // The calling thread alone, on Linux. Without it the page takes its full share.

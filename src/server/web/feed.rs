@@ -15,7 +15,7 @@ use std::sync::{Arc, OnceLock};
 pub struct WebFeed {
     display: Arc<Display>,
     /// Set if the web thread has a viewer for the next frame.
-    is_wanted: AtomicBool,
+    is_requested: AtomicBool,
     /// Set while the render thread has changes that it did not show because none were wanted.
     is_held_back: AtomicBool,
     waker: OnceLock<Arc<Waker>>,
@@ -26,7 +26,7 @@ impl WebFeed {
     pub fn new(width: u32, height: u32) -> Arc<WebFeed> {
         Arc::new(WebFeed {
             display: Display::new(width, height),
-            is_wanted: AtomicBool::new(false),
+            is_requested: AtomicBool::new(false),
             is_held_back: AtomicBool::new(false),
             waker: OnceLock::new(),
         })
@@ -38,13 +38,13 @@ impl WebFeed {
     }
 
     /// Returns whether a frame is wanted.
-    pub fn is_wanted(&self) -> bool {
-        self.is_wanted.load(Ordering::SeqCst)
+    pub fn is_requested(&self) -> bool {
+        self.is_requested.load(Ordering::SeqCst)
     }
 
     /// Notes that a frame was put on the display, and wakes the web thread.
     pub fn note_frame(&self) {
-        self.is_wanted.store(false, Ordering::SeqCst);
+        self.is_requested.store(false, Ordering::SeqCst);
         self.wake_web();
     }
 
@@ -53,8 +53,8 @@ impl WebFeed {
     }
 
     /// Asks for a frame. Returns whether the render thread must be woken for it.
-    pub(super) fn want(&self) -> bool {
-        !self.is_wanted.swap(true, Ordering::SeqCst) && self.is_held_back.load(Ordering::SeqCst)
+    pub(super) fn request_frame(&self) -> bool {
+        !self.is_requested.swap(true, Ordering::SeqCst) && self.is_held_back.load(Ordering::SeqCst)
     }
 
     pub(super) fn set_waker(&self, waker: Arc<Waker>) {

@@ -67,11 +67,13 @@ impl Observer for WebObserver {
                     self.show(frame);
                 }
             }
-            Event::Show if !frame.is_frozen && self.has_news() && self.feed.is_wanted() => self.show(frame),
+            Event::Show if !frame.is_frozen && self.has_news() && self.feed.is_requested() => {
+                self.show(frame)
+            }
             Event::Tick(now) if !frame.is_frozen && self.has_news() && *now >= self.shown_at + SHOW_EVERY => {
                 // The flag first: a wish that comes after it finds it, and wakes this thread.
                 self.feed.hold_back(true);
-                if self.feed.is_wanted() {
+                if self.feed.is_requested() {
                     self.show(frame);
                     self.shown_at = *now;
                     self.feed.hold_back(false);
@@ -92,6 +94,6 @@ impl Observer for WebObserver {
     fn deadline(&self, now: Instant, is_frozen: bool) -> Option<Instant> {
         let due = self.shown_at + SHOW_EVERY;
         // Once it is due and not wanted, the web thread wakes this one.
-        (!is_frozen && self.has_news() && (now < due || self.feed.is_wanted())).then_some(due)
+        (!is_frozen && self.has_news() && (now < due || self.feed.is_requested())).then_some(due)
     }
 }

@@ -9,7 +9,7 @@ use super::commands::CommandLine;
 use super::rights::Rights;
 use super::tiles::{EncodedTile, TileFrame};
 use super::turn::TurnStream;
-use super::wire::{self, Said};
+use super::wire::{self, Request};
 use mio::net::TcpStream;
 use std::collections::VecDeque;
 use std::io::ErrorKind;
@@ -83,7 +83,7 @@ pub(super) struct Viewer {
 
 /// The viewer has gone, or must go.
 #[derive(Debug)]
-pub(super) struct Gone;
+pub(super) struct Disconnected;
 
 impl Viewer {
     /// Begins the WebSocket on a stream whose handshake is done; `part` came behind it.
@@ -123,13 +123,13 @@ impl Viewer {
     ///
     /// # Errors
     /// If the page has gone, or sent what no page sends.
-    pub fn read(&mut self, now: Instant) -> Result<Vec<Said>, Gone> {
-        let mut said = Vec::new();
+    pub fn read(&mut self, now: Instant) -> Result<Vec<Request>, Disconnected> {
+        let mut requests = Vec::new();
         if now >= self.second.0 + Duration::from_secs(1) {
             self.second = (now, 0, 0);
         }
         self.socket.get_mut().begin_turn();
-        while said.len() < MESSAGES_A_TURN && self.is_readable && self.stalled.is_none() {
+        while requests.len() < MESSAGES_A_TURN && self.is_readable && self.stalled.is_none() {
             let message = match self.socket.read() {
                 Ok(message) => message,
                 Err(Error::Io(e)) if e.kind() == ErrorKind::WouldBlock => {
@@ -138,19 +138,19 @@ impl Viewer {
                     break;
                 }
                 Err(Error::Io(e)) if e.kind() == ErrorKind::Interrupted => continue,
-                Err(_) => return Err(Gone),
+                Err(_) => return Err(Disconnected),
             };
             self.heard_at = now;
             self.second.1 += 1;
             if self.second.1 > MESSAGES_A_SECOND {
-                return Err(Gone);
+                return Err(Disconnected);
             }
             match message {
                 Message::Text(text) => {
-                    let what = wire::parse(&text).ok_or(Gone)?;
+                    let request = wire::parse(&text).ok_or(Disconnected)?;
                     // What stalls must be the last.
-                    let is_line = matches!(what, Said::Line(_));
-                    said.push(what);
+                    let is_line = matches!(request, Request::Line(_));
+                    requests.push(request);
                     if is_line {
                         break;
                     }
@@ -158,11 +158,11 @@ impl Viewer {
                 // Answers to pings are queued by the library.
                 Message::Ping(_) => self.is_flushed = false,
                 Message::Pong(_) => {}
-                Message::Binary(_) | Message::Close(_) | Message::Frame(_) => return Err(Gone),
+                Message::Binary(_) | Message::Close(_) | Message::Frame(_) => return Err(Disconnected),
             }
         }
         self.second.2 += self.socket.get_ref().bytes_read();
-        if self.second.2 > BYTES_A_SECOND { Err(Gone) } else { Ok(said) }
+        if self.second.2 > BYTES_A_SECOND { Err(Disconnected) } else { Ok(requests) }
     }
 
     /// Queues a small message. Drops it if the page does not read.
@@ -209,7 +209,12 @@ impl Viewer {
     ///
     /// # Errors
     /// If the page has gone.
-    pub fn pump(&mut self, now: Instant, frame: &mut TileFrame, stats: Option<&str>) -> Result<(), Gone> {
+    pub fn pump(
+        &mut self,
+        now: Instant,
+        frame: &mut TileFrame,
+        stats: Option<&str>,
+    ) -> Result<(), Disconnected> {
         while self.is_writable {
             if !self.is_flushed {
                 match self.socket.flush() {
@@ -218,7 +223,7 @@ impl Viewer {
                         self.is_writable = false;
                         return Ok(());
                     }
-                    Err(_) => return Err(Gone),
+                    Err(_) => return Err(Disconnected),
                 }
             }
             let Some(message) = self.next_message(now, frame, stats) else { return Ok(()) };
@@ -226,7 +231,7 @@ impl Viewer {
             match self.socket.write(message) {
                 Ok(()) => {}
                 Err(Error::Io(e)) if e.kind() == ErrorKind::WouldBlock => self.is_writable = false,
-                Err(_) => return Err(Gone),
+                Err(_) => return Err(Disconnected),
             }
         }
         Ok(())
@@ -276,9 +281,9 @@ impl Viewer {
     ///
     /// # Errors
     /// If the page has been silent, or has not read, for too long.
-    pub fn tick(&mut self, now: Instant) -> Result<(), Gone> {
+    pub fn tick(&mut self, now: Instant) -> Result<(), Disconnected> {
         if now > self.heard_at + GONE_AFTER || (!self.is_flushed && now > self.flushed_at + SEND_WITHIN) {
-            return Err(Gone);
+            return Err(Disconnected);
         }
         if now > self.heard_at + PING_AFTER && now > self.pinged_at + PING_AFTER {
             self.pinged_at = now;

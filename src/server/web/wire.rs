@@ -1,6 +1,6 @@
 //! The messages of the page's WebSocket.
 //!
-//! In: text of browsers. Out: [`Said`]. Promise: any text is either understood or `None`.
+//! In: text of browsers. Out: [`Request`]. Promise: any text is either understood or `None`.
 //!
 //! | from the page | meaning |
 //! |---|---|
@@ -33,7 +33,7 @@ const MAX_KEY_NAME: usize = 32;
 
 /// A message of the page.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Said {
+pub(super) enum Request {
     Join(String),
     Ack(u64),
     Line(String),
@@ -42,25 +42,29 @@ pub(super) enum Said {
 }
 
 /// Parses a message of the page.
-pub(super) fn parse(text: &str) -> Option<Said> {
+pub(super) fn parse(text: &str) -> Option<Request> {
     let (verb, rest) = text.split_once(' ').unwrap_or((text, ""));
     if verb == "line" {
-        return Some(Said::Line(rest.to_owned()));
+        return Some(Request::Line(rest.to_owned()));
     }
     let words: Vec<&str> = rest.split(' ').collect();
     Some(match (verb, &words[..]) {
-        ("join", [token]) => Said::Join((*token).to_owned()),
-        ("ack", [sequence]) => Said::Ack(sequence.parse().ok()?),
+        ("join", [token]) => Request::Join((*token).to_owned()),
+        ("ack", [sequence]) => Request::Ack(sequence.parse().ok()?),
         ("key", [way @ ("down" | "up"), name]) if is_key_name(name) => {
-            Said::Event(InputEvent::Key { name: (*name).to_owned(), down: *way == "down" })
+            Request::Event(InputEvent::Key { name: (*name).to_owned(), down: *way == "down" })
         }
-        ("text", [hex]) => Said::Event(InputEvent::Text(char::from_u32(u32::from_str_radix(hex, 16).ok()?)?)),
+        ("text", [hex]) => {
+            Request::Event(InputEvent::Text(char::from_u32(u32::from_str_radix(hex, 16).ok()?)?))
+        }
         ("mouse", [x, y, buttons]) => {
             let buttons = buttons.parse().ok().filter(|b| *b < 8)?;
-            Said::Event(InputEvent::Mouse { x: x.parse().ok()?, y: y.parse().ok()?, buttons })
+            Request::Event(InputEvent::Mouse { x: x.parse().ok()?, y: y.parse().ok()?, buttons })
         }
-        ("wheel", [dx, dy]) => Said::Event(InputEvent::Wheel { dx: dx.parse().ok()?, dy: dy.parse().ok()? }),
-        ("probe", [x, y]) => Said::Probe(x.parse().ok()?, y.parse().ok()?),
+        ("wheel", [dx, dy]) => {
+            Request::Event(InputEvent::Wheel { dx: dx.parse().ok()?, dy: dy.parse().ok()? })
+        }
+        ("probe", [x, y]) => Request::Probe(x.parse().ok()?, y.parse().ok()?),
         _ => return None,
     })
 }
@@ -109,21 +113,21 @@ mod tests {
 
     #[test]
     fn messages_are_understood_or_refused() {
-        let key = |name: &str, down| Said::Event(InputEvent::Key { name: name.into(), down });
-        for (text, said) in [
-            ("join", Said::Join(String::new())),
-            ("join abc", Said::Join("abc".into())),
-            ("ack 18446744073709551615", Said::Ack(u64::MAX)),
-            ("line PX 1 2 ff0000", Said::Line("PX 1 2 ff0000".into())),
-            ("line", Said::Line(String::new())),
+        let key = |name: &str, down| Request::Event(InputEvent::Key { name: name.into(), down });
+        for (text, request) in [
+            ("join", Request::Join(String::new())),
+            ("join abc", Request::Join("abc".into())),
+            ("ack 18446744073709551615", Request::Ack(u64::MAX)),
+            ("line PX 1 2 ff0000", Request::Line("PX 1 2 ff0000".into())),
+            ("line", Request::Line(String::new())),
             ("key down left", key("left", true)),
             ("key up a", key("a", false)),
-            ("text 1f600", Said::Event(InputEvent::Text('\u{1f600}'))),
-            ("mouse -3 7 5", Said::Event(InputEvent::Mouse { x: -3, y: 7, buttons: 5 })),
-            ("wheel 0 -1", Said::Event(InputEvent::Wheel { dx: 0, dy: -1 })),
-            ("probe 3 4", Said::Probe(3, 4)),
+            ("text 1f600", Request::Event(InputEvent::Text('\u{1f600}'))),
+            ("mouse -3 7 5", Request::Event(InputEvent::Mouse { x: -3, y: 7, buttons: 5 })),
+            ("wheel 0 -1", Request::Event(InputEvent::Wheel { dx: 0, dy: -1 })),
+            ("probe 3 4", Request::Probe(3, 4)),
         ] {
-            assert_eq!(parse(text), Some(said), "{text}");
+            assert_eq!(parse(text), Some(request), "{text}");
         }
         for bad in [
             "",

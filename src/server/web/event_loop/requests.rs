@@ -4,11 +4,11 @@
 //! server, notes to it. Promises: before a viewer has shown a token it can do nothing but join; one
 //! that only watches drives nothing; where all places are taken, who drives gets one.
 
-use super::super::commands::run_line;
+use super::super::commands::send_line;
 use super::super::rights::Rights;
-use super::super::socket::Gone;
+use super::super::socket::Disconnected;
 use super::super::tiles::TILE;
-use super::super::wire::Said;
+use super::super::wire::Request;
 use super::super::{MAX_VIEWERS, WebTarget};
 use super::{Connection, EventLoop, Member};
 use crate::server::message::Message;
@@ -35,40 +35,40 @@ impl EventLoop {
     }
 
     /// Reads a viewer's messages and acts on them.
-    pub(super) fn hear(&mut self, token: usize, now: Instant) -> Result<(), Gone> {
+    pub(super) fn read_requests(&mut self, token: usize, now: Instant) -> Result<(), Disconnected> {
         let Some(Member { connection: Connection::Viewer(viewer), .. }) = self.members.get_mut(&token) else {
             return Ok(());
         };
         if let (Some(bytes), Some(commands)) = (viewer.stalled.take(), &viewer.commands) {
             viewer.stalled = commands.send(bytes);
         }
-        let said = viewer.read(now)?;
-        for what in said {
-            self.act(token, what, now)?;
+        let requests = viewer.read(now)?;
+        for request in requests {
+            self.handle(token, request, now)?;
         }
         self.probe(token);
         Ok(())
     }
 
-    fn act(&mut self, token: usize, what: Said, now: Instant) -> Result<(), Gone> {
+    fn handle(&mut self, token: usize, request: Request, now: Instant) -> Result<(), Disconnected> {
         let hello = self.hello();
         let has_joined = self.members.get(&token).is_some_and(Member::has_joined);
-        let has_place = match &what {
-            Said::Join(word) if !has_joined => self.make_place(self.options.tokens.rights(word), now),
+        let has_place = match &request {
+            Request::Join(word) if !has_joined => self.make_place(self.options.tokens.rights(word), now),
             _ => true,
         };
         let Some(Member { connection: Connection::Viewer(viewer), .. }) = self.members.get_mut(&token) else {
-            return Err(Gone);
+            return Err(Disconnected);
         };
-        match (viewer.rights, what) {
-            (None, Said::Join(word)) => {
+        match (viewer.rights, request) {
+            (None, Request::Join(word)) => {
                 let Some(rights) = self.options.tokens.rights(&word) else {
                     viewer.close("the link has no token, or an old one");
-                    return Err(Gone);
+                    return Err(Disconnected);
                 };
                 if !has_place {
                     viewer.close("there are as many viewers as are allowed");
-                    return Err(Gone);
+                    return Err(Disconnected);
                 }
                 viewer.rights = Some(rights);
                 let word = if rights == Rights::Drive { "drive" } else { "watch" };
@@ -76,12 +76,12 @@ impl EventLoop {
                 self.title.iter().for_each(|title| viewer.note(format!("title {title}")));
                 viewer.note(format!("listeners {}", u8::from(self.listeners)));
             }
-            (None, _) | (Some(_), Said::Join(_)) => return Err(Gone),
-            (Some(_), Said::Ack(sequence)) => viewer.acknowledge(sequence, now),
-            (Some(_), Said::Probe(x, y)) => viewer.probe = Some((x, y)),
-            (Some(Rights::Watch), Said::Line(_) | Said::Event(_)) => viewer.note("denied".to_owned()),
-            (Some(Rights::Drive), Said::Event(event)) => self.target.send(&self.feed, event),
-            (Some(Rights::Drive), Said::Line(line)) => run_line(viewer, line, &self.target, &self.feed),
+            (None, _) | (Some(_), Request::Join(_)) => return Err(Disconnected),
+            (Some(_), Request::Ack(sequence)) => viewer.acknowledge(sequence, now),
+            (Some(_), Request::Probe(x, y)) => viewer.probe = Some((x, y)),
+            (Some(Rights::Watch), Request::Line(_) | Request::Event(_)) => viewer.note("denied".to_owned()),
+            (Some(Rights::Drive), Request::Event(event)) => self.target.send(&self.feed, event),
+            (Some(Rights::Drive), Request::Line(line)) => send_line(viewer, line, &self.target, &self.feed),
         }
         Ok(())
     }
