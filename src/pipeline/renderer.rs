@@ -6,6 +6,7 @@
 //! thread; a pool is passed to it. The bytes do not depend on the pool or the SIMD level.
 
 mod cache;
+mod draw_all;
 mod draw_scene;
 mod workspace;
 
@@ -26,7 +27,7 @@ use super::worst_case::{ListLimits, SMALL_FACES, at_worst, small_at_worst};
 use crate::cancel::CancelToken;
 use crate::executor::{Executor, ThreadPool, prelude::*};
 use crate::memory::{MemoryBudget, OverBudget, Rgba, VideoMemory};
-use crate::scene::{Scene, ShadeMode};
+use crate::scene::{Geometry, Scene, ShadeMode};
 use crate::simd::{Level, fill_pixels};
 use cache::Cache;
 use std::sync::Arc;
@@ -226,12 +227,17 @@ impl Renderer {
     /// Returns the plan of [`super::plan_scene`] as this renderer draws: by its backend, with its
     /// threads.
     pub fn plan_scene(&self, target: &Target, scene: &Scene, options: &SceneOptions) -> Plan {
-        plan_scene_for(target, scene, options, self.backend(), self.threads())
+        plan_scene_for(target, scene, options, self.backend(), self.threads(), &|call| self.known(call))
     }
 
     /// Returns the plan of one draw, as this renderer draws it.
     pub fn plan_draw(&self, target: &Target, call: &DrawCall) -> Plan {
-        plan_draw_for(call, target, self.backend(), self.list_limits())
+        plan_draw_for(call, target, self.backend(), self.list_limits(), self.known(call))
+    }
+
+    /// Returns the cached facts about a draw's geometry, if there are any.
+    fn known(&self, call: &DrawCall) -> Option<Arc<GeometryInfo>> {
+        shared(call).and_then(|geometry| self.cache.known(geometry))
     }
 
     /// Returns the faces that each path has drawn since the working memory was last freed.
@@ -256,7 +262,8 @@ impl Renderer {
         preemption.without(target, items, || self.prepare_geometry(&prepared))?;
         self.reserve(target, |own| own.at_worst(&prepared, target))?;
         prepared.open_buffers(target);
-        self.draw_faces(std::slice::from_mut(&mut prepared), Layer::All, target, &mut stats);
+        let own = std::slice::from_mut(&mut prepared);
+        self.draw_faces(own, Layer::All, target, &mut |_, faces| stats += faces);
         prepared.draw_lines(target, &mut stats);
         prepared.draw_points(target, &mut stats);
         self.workspace.recycled = prepared.into_recycled();
@@ -266,7 +273,7 @@ impl Renderer {
 
     /// Returns the cached facts about a draw's geometry.
     fn geometry_info(&mut self, call: &DrawCall) -> Arc<GeometryInfo> {
-        match call.shared.filter(|shared| std::ptr::eq(Arc::as_ptr(shared), call.geometry)) {
+        match shared(call) {
             Some(shared) => self.cache.geometry_info(shared, &self.options.cancel),
             None => Arc::new(GeometryInfo::of(call.geometry, CancelToken::default())),
         }
@@ -315,28 +322,34 @@ impl Renderer {
 
     /// Draws faces of the first objects of `all`, as their plans say, and returns the number of these
     /// objects: several that the tile renderer draws together, which have no lines and points, or
-    /// one; its faces of a layer in order, or a wireframe completely.
+    /// one; its faces of a layer in order, or a wireframe completely. `each` is given the counts of
+    /// each.
     fn draw_faces(
         &mut self,
         all: &mut [PreparedDraw],
         layer: Layer,
         target: &mut Target,
-        stats: &mut DrawStats,
+        each: &mut dyn FnMut(usize, DrawStats),
     ) -> usize {
         if all[0].plan.uses(Part::TileRenderer) {
             let count = self.batch_size(all, target);
             let context = DrawContext { level: self.level(), executor: &self.executor };
             let batch = &mut self.workspace.draw_batch;
-            return match batch.draw(context, &all[..count], target, stats) {
-                0 => batch.draw(context, &all[..1], target, stats),
+            let each = &mut |i: usize, stats| {
+                note_occlusion(&all[i], &stats);
+                each(i, stats);
+            };
+            return match batch.draw(context, &all[..count], target, each) {
+                0 => batch.draw(context, &all[..1], target, each),
                 drawn => drawn,
             };
         }
-        let prepared = &mut all[0];
+        let (prepared, mut stats) = (&mut all[0], DrawStats::default());
         let (preemption, items) = (prepared.preemption, prepared.items());
         preemption.without(target, items, || prepared.transform_all());
         if prepared.call.shade == ShadeMode::Wire {
-            prepared.draw_wire(target, stats);
+            prepared.draw_wire(target, &mut stats);
+            each(0, stats);
             return 1;
         }
         let all = std::slice::from_ref(&*prepared);
@@ -347,8 +360,9 @@ impl Renderer {
                 order.sort(all, self.executor.cancel());
             }
         });
-        self.draw_in_order(all, order.list(), target, stats);
+        self.draw_in_order(all, order.list(), target, &mut stats);
         self.workspace.order = order;
+        each(0, stats);
         1
     }
 
@@ -390,6 +404,18 @@ pub fn draw_scene(
 ) -> Result<DrawStats, PipelineError> {
     let reference = RenderOptions { path: RenderPath::Plain, ..RenderOptions::default() };
     Renderer::new(reference).draw_scene(target, scene, options)
+}
+
+/// Returns a draw's geometry if it is shared.
+fn shared<'a>(call: &DrawCall<'a>) -> Option<&'a Arc<Geometry>> {
+    call.shared.filter(|shared| std::ptr::eq(Arc::as_ptr(shared), call.geometry))
+}
+
+/// Notes how much of a mesh was hidden, unless the draw was cancelled.
+fn note_occlusion(prepared: &PreparedDraw, stats: &DrawStats) {
+    if prepared.plan.uses(Part::DepthMemory) && !prepared.cancel.is_cancelled() {
+        prepared.geometry_info.occlusion.note(stats, prepared.plan.uses(Part::CoarseDepth));
+    }
 }
 
 /// Returns whether [`small_at_worst`] bounds the draw's working memory.

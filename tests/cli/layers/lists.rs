@@ -96,7 +96,8 @@ pub const PIPELINE: Edges = &[
     ("target_rows", &["draw_call", "plan"]),
     ("preemption", &["draw_call"]),
     ("backdrop", &["draw_call", "preemption", "viewport"]),
-    ("geometry_cache", &["draw_call", "indexed_mesh", "normals"]),
+    ("occlusion_history", &["draw_call"]),
+    ("geometry_cache", &["draw_call", "indexed_mesh", "normals", "occlusion_history"]),
     ("empty_draw", &["draw_call"]),
     ("planner", &["draw_call", "geometry_cache", "light", "plan", "vertex", "working"]),
     (
@@ -185,6 +186,7 @@ pub const PIPELINE: Edges = &[
         &[
             "draw_call",
             "geometry_cache",
+            "occlusion_history",
             "ordered",
             "plan",
             "prepared_draw",
@@ -220,6 +222,7 @@ pub const PIPELINE: Edges = &[
             "depth_sort",
             "draw_call",
             "geometry_cache",
+            "light",
             "ordered",
             "path_plan",
             "plan",
@@ -229,6 +232,7 @@ pub const PIPELINE: Edges = &[
             "scene_plan",
             "tile",
             "tile_frontend",
+            "vertex",
             "working",
             "worst_case",
         ],
