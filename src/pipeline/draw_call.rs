@@ -246,6 +246,9 @@ pub struct DrawStats {
     /// Triangles culled by coarse depth, counted once per tile reached; their pixels are not
     /// tested.
     pub faces_hidden: u64,
+    /// Draws with coarse depth. If there are any, `faces_hidden` and `pixels_tested` depend on the
+    /// vector level; nothing else does.
+    pub coarse_draws: u64,
     /// Line segments drawn (wireframe edges, line sets), after clipping.
     pub lines_drawn: u64,
     /// Points drawn.
@@ -270,6 +273,7 @@ impl std::ops::AddAssign for DrawStats {
         self.faces_cut += o.faces_cut;
         self.faces_drawn += o.faces_drawn;
         self.faces_hidden += o.faces_hidden;
+        self.coarse_draws += o.coarse_draws;
         self.lines_drawn += o.lines_drawn;
         self.points_drawn += o.points_drawn;
         self.vertices_lit += o.vertices_lit;

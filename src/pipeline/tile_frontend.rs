@@ -83,6 +83,7 @@ impl PreparedDraw<'_> {
         } else if self.plan.uses(Part::LightFaces) {
             draw.vertices_lit = draw.faces_drawn;
         }
+        draw.coarse_draws = u64::from(self.plan.uses(Part::CoarseDepth));
         draw
     }
 

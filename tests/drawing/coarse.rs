@@ -62,7 +62,7 @@ fn hidden_faces(scene: &Scene, size: [u32; 2], format: DepthFormat, (level, thre
     // The pixels that pass are the same; culled faces were not tested.
     assert_eq!(on.3.pixels_written, off.3.pixels_written);
     assert!(on.3.pixels_tested <= off.3.pixels_tested);
-    let others = |s: DrawStats| DrawStats { faces_hidden: 0, pixels_tested: 0, ..s };
+    let others = |s: DrawStats| DrawStats { faces_hidden: 0, coarse_draws: 0, pixels_tested: 0, ..s };
     assert_eq!(others(on.3), others(off.3));
     on.3.faces_hidden
 }

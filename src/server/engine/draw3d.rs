@@ -328,6 +328,11 @@ impl Engine {
         };
         empty_draw::note(s, empty);
         s.stats.pixels += stats.pixels_written;
+        // Replies are the same for every vector level.
+        let tested = match stats.coarse_draws {
+            0 => stats.pixels_tested.to_string(),
+            _ => "-".to_owned(),
+        };
         self.rendering.plan = format!(
             "shade:{},hide:{},depth:{},faces:{},drawn:{},tested:{},lit:{}",
             shade.as_str(),
@@ -335,7 +340,7 @@ impl Engine {
             self.framebuffer.depth.as_ref().map_or("none", |d| d.format().as_str()),
             stats.faces,
             stats.faces_drawn,
-            stats.pixels_tested,
+            tested,
             stats.pixels_lit + stats.vertices_lit,
         );
     }

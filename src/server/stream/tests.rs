@@ -169,6 +169,32 @@ fn small_draws_drawn_together_are_drawn_in_their_turn() {
 }
 
 #[test]
+fn the_plan_in_stats_is_the_same_for_every_vector_level() {
+    // A knot, drawn again and again behind a wall that hides most of it: coarse depth is decided by
+    // itself, and leaves out other fragments on other levels.
+    let mut script =
+        "LOOKAT 0 0 4 0 0 0 0 1 0\nPERSPECTIVE 1 1 9\nMESH knot KNOT 300 40\nMESH wall BOX\n".to_owned();
+    let turns =
+        ["PUSH\nTRANSLATE .4 0 1.7\nSCALE .9 3 .1\nDRAW wall\nPOP\nROTATE 1 1 0 .3\nDRAW knot\nSTATS\n"];
+    turns.iter().cycle().take(6).for_each(|turn| script += &format!("CLEAR 102030\n{turn}"));
+    let plans = |level: crate::simd::Level| -> Vec<String> {
+        let mut engine = Engine::new(640, 480).unwrap();
+        let options = crate::pipeline::RenderOptions { simd: Some(level), ..Default::default() };
+        engine.set_renderer(crate::pipeline::Renderer::new(options));
+        let (mut stream, mut out) = (Stream::new(&engine, 1, Audience::Connection), Output::default());
+        let _ = stream.feed(&mut engine, script.as_bytes(), &mut out, Budget::NONE);
+        let text = String::from_utf8(out.replies).unwrap();
+        text.lines().filter_map(|line| Some(line.split_once(" plan=")?.1.to_owned())).collect()
+    };
+    let found = plans(crate::simd::Level::Portable);
+    assert_eq!(found.len(), 6);
+    assert!(!found[0].contains("tested:-") && found[1].contains("tested:-"), "{found:?}");
+    for level in crate::simd::Level::ALL.into_iter().filter(|level| level.is_available()) {
+        assert_eq!(plans(level), found, "{level:?}");
+    }
+}
+
+#[test]
 fn a_pixelflut_connection_hears_nothing_unasked_until_it_uses_more() {
     let quiet = b"PX 1 1 zz\nNOPE\nPX 1\nSIZE 3\nPX 99 99\n";
     assert_eq!(play(quiet, 5, Audience::Connection).1.replies, b"");
