@@ -13,7 +13,7 @@ a cell is the median of the rounds' ratios, exact over E: 1.00 means no gain, an
 timed like the others, so that its cell shows the noise. "Choosing" is the time by which the second draw of a new mesh,
 which measures it, exceeds the third, in exact frames: the most over all E, each a median. The error is the 99.9th
 percentile over the pixels drawn on of the whole picture against the exact one; the share is that of the pixels over E.
-What was chosen is read from the plans of `fbptr play --explain`.
+What was chosen is read from the plans of `fbptr play --explain`: shading mode, and under Phong the number of lights.
 """
 
 import argparse
@@ -30,8 +30,8 @@ import time
 
 WIDTH, HEIGHT = 640, 480
 LIMITS = [1, 2, 4, 8, 16, 32, 64]
-# Least seconds and most frames of a run, least pixels of a picture that counts, new meshes for the cost of choosing.
-RUN_SECONDS, MOST_FRAMES, LEAST_PIXELS, CHOICES = 0.006, 90, 500, 5
+# Seconds and frames of a run, least pixels of a picture that counts, new meshes for the cost of choosing.
+RUN_SECONDS, LEAST_FRAMES, MOST_FRAMES, LEAST_PIXELS, CHOICES = 0.006, 3, 90, 500, 5
 FOLDER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "tests/data")
 SOURCES = ["meshes", "formats/stl", "formats/ply", "x3d/x3d-cpp", "x3d/lecture-003", "x3d/x_ite"]
 # A sky covers the frame, so that the pixels drawn on by objects are not known.
@@ -151,13 +151,19 @@ def error_of(exact, found, pixels, limit):
     return error, sum(counts[limit + 1 :]) / pixels
 
 
-def chosen(program, setup, one, quality):
-    """Returns how the lit draws of a frame are lit, by the plans of a second frame."""
+def chosen(program, setup, one):
+    """Returns how the lit draws of a frame are lit, and from which E on, by the plans of its second drawing."""
     command = [program, "play", "-", "--headless", "--explain", "--size", f"{WIDTH}x{HEIGHT}", "--load-dir", FOLDER]
-    run = subprocess.run(command, input=(setup + one + quality + one + one).encode(), capture_output=True, check=False)
-    plans = run.stdout.decode(errors="replace")
-    names = {"faces": "flat", "vertices": "Gouraud", "pixels": "Phong"}
-    return {names[m] for m in re.findall(r"\+ light (faces|vertices|pixels) ", plans)}
+    names, last, changes = {"faces": "flat", "vertices": "Gouraud", "pixels": "Phong"}, None, []
+    for e in [0, *LIMITS]:
+        stream = (setup + f"QUALITY max-error {e}\n" + one + one).encode()
+        plans = subprocess.run(command, input=stream, capture_output=True, check=False).stdout.decode(errors="replace")
+        lit = re.findall(r"\+ light (faces|vertices|pixels) .*?(?:(\d+) lights)?$", plans, re.MULTILINE)
+        ways = ", ".join(sorted({names[what] + (f" {lights}" if lights else "") for what, lights in lit})) or "unlit"
+        if ways != last:
+            changes.append(f"E {e}: {ways}" if e else ways)
+        last = ways
+    return "; ".join(changes)
 
 
 def measured(server, setup, one, rounds):
@@ -173,15 +179,17 @@ def measured(server, setup, one, rounds):
     if pixels < LEAST_PIXELS:
         return None
     server.run(one * 10)
-    frames = max(1, min(MOST_FRAMES, round(RUN_SECONDS * 10 / server.run(one * 10)[0])))
+    frames = max(LEAST_FRAMES, min(MOST_FRAMES, round(RUN_SECONDS * 10 / server.run(one * 10)[0])))
     texts = [f"QUALITY max-error {e}\n" for e in LIMITS]
     errors = [error_of(exact, server.picture(text + one * 3), pixels, e) for e, text in zip(LIMITS, texts)]
     ratios, milliseconds = [[] for _ in LIMITS], []
-    for _ in range(rounds):
+    for i in range(rounds):
         for text, own in zip(texts, ratios):
-            base = server.run("QUALITY exact\n" + one * frames)[0]
-            own.append(base / server.run(text + one * frames)[0])
-            milliseconds.append(base / frames * 1e3)
+            # Each goes first in every other round.
+            pair = ["QUALITY exact\n", text][:: 1 - 2 * (i % 2)]
+            exact_time, time_within = [server.run(quality + one * frames)[0] for quality in pair][:: 1 - 2 * (i % 2)]
+            own.append(exact_time / time_within)
+            milliseconds.append(exact_time / frames * 1e3)
     costs = []
     for text in texts:
         each = []
@@ -218,7 +226,7 @@ def main():
     parser.add_argument("--rounds", type=int, default=7)
     options = parser.parse_args()
     program = os.path.abspath(options.program)
-    print(f"| scene | pixels | exact ms | choosing | {' | '.join(f'E {e}' for e in LIMITS)} | lit, E 64 |")
+    print(f"| scene | pixels | exact ms | choosing | {' | '.join(f'E {e}' for e in LIMITS)} | lit by (lights) |")
     print(f"|---|---:|---:|---:|{'---:|' * len(LIMITS)}---|")
     every, broken = [], []
     for name, setup, frame in scenes([os.path.abspath(f) for f in options.files]):
@@ -229,9 +237,9 @@ def main():
             print(f"{name}: not drawn", file=sys.stderr)
             continue
         ms, pixels, choosing, rows = found
-        ways = chosen(program, setup, one, f"QUALITY max-error {LIMITS[-1]}\n")
+        ways = chosen(program, setup, one)
         cells = " | ".join(f"{speed:.2f}" + (f" ({error})" if error else "") for speed, error, _ in rows)
-        print(f"| {name} | {pixels:,} | {ms:.3f} | {choosing:.2f} | {cells} | {', '.join(sorted(ways))} |", flush=True)
+        print(f"| {name} | {pixels:,} | {ms:.3f} | {choosing:.2f} | {cells} | {ways} |", flush=True)
         every.append((choosing, rows))
         broken += [f"{name} at {e}: {s:.2%} over it" for e, (_, _, s) in zip(LIMITS, rows) if s > 0.001]
     for i, e in enumerate(LIMITS):

@@ -12,7 +12,7 @@ use fbptr::pipeline::{
     DrawCall, DrawStats, PipelineError, Plan, RenderOptions, RenderPath, Renderer, SceneOptions, Target,
 };
 use fbptr::scene::{
-    Camera, Corner, Geometry, HiddenSurface, Light, Material, Mesh, NONE, Projection, ShadeMode, shapes,
+    Camera, Corner, Geometry, HiddenSurface, Light, Material, Mesh, NONE, Projection, ShadeMode,
 };
 use fbptr::truth::scenes::{lit_triangle, object};
 use glam::DVec3;

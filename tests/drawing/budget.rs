@@ -101,6 +101,8 @@ fn whole(seed: u64) -> Case {
     if case.settings.transparency == Transparency::AtOnce {
         case.settings.transparency = Transparency::AfterOpaque(Default::default());
     }
+    // Large enough for a choice to pay.
+    (case.width, case.height, case.settings.viewport) = (3 * case.width, 3 * case.height, None);
     // Textures in the reference may be 2 steps off where its own decision is a tie; the budget is
     // not concerned.
     case
@@ -146,6 +148,8 @@ fn large(seed: u64) -> Case {
         false => Light::directional(r.point(-1.0, 1.0), r.point(0.0, 0.8)),
     };
     case.scene.lights = (0..3).map(|_| light(&mut r)).collect();
+    let dim = |_| Light::directional(DVec3::NEG_Z, DVec3::splat(0.004));
+    case.scene.lights.extend((0..5).map(dim));
     let mesh = if seed.is_multiple_of(2) { shapes::teapot(4) } else { shapes::cuboid(DVec3::ONE) };
     let mut thing = object("thing", mesh.unwrap());
     if seed.is_multiple_of(3) {

@@ -30,13 +30,13 @@ const TABLE_LIGHT: f64 = 0.25;
 /// Face whose angles are measured.
 const MEASURED_FACE: f64 = 45.0;
 /// Choice of an object's settings, and of one of its lights.
-const CHOICE: f64 = 300.0;
-const CHOICE_LIGHT: f64 = 30.0;
+const CHOICE: f64 = 150.0;
+const CHOICE_LIGHT: f64 = 15.0;
 
 /// Exact frames that measuring a mesh may cost at most.
 const MOST_FRAMES: f64 = 2.0;
 /// Part of an object's exact cost that choosing its settings may cost at most.
-const CHOICE_PART: f64 = 1.0 / 64.0;
+const CHOICE_PART: f64 = 1.0 / 50.0;
 
 /// Returns the cost of a filter at a pixel.
 fn filter_cost(filter: Filter) -> f64 {
