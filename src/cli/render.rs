@@ -12,7 +12,7 @@ use crate::animation::{Animation, FrameOptions, LoadedScene, PlaneTurn};
 use crate::eye;
 use crate::measure::{self, all_stages};
 use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
-use crate::pipeline::quality::{Budget, BudgetKind, MeshShape, prove};
+use crate::pipeline::quality::{Budget, MeshShapes, prove};
 use crate::pipeline::{DepthUse, Renderer, SceneOptions, Target};
 use crate::save::{self, MovieFormat, SaveError};
 use crate::scene::ShadeMode;
@@ -220,9 +220,9 @@ impl Render {
     /// Draws the frames of a scene in three dimensions. Returns their plans.
     fn render_solid(&self, animation: &Animation, output: &mut RenderOutput) -> Result<String, SceneError> {
         let mut plans = String::new();
-        let mut renderer = self.drawing.renderer();
+        let (mut renderer, mut shapes) = (self.drawing.renderer(), MeshShapes::at_once());
         while let Some(frame) = output.next_frame() {
-            match self.draw(&mut renderer, animation, frame, output) {
+            match self.draw((&mut renderer, &mut shapes), animation, frame, output) {
                 Ok(plan) if plans.ends_with(&plan) => {}
                 Ok(plan) => plans.push_str(&plan),
                 Err(error) => output.failed(frame, error)?,
@@ -234,7 +234,7 @@ impl Render {
     /// Draws and writes one picture. Returns its plan.
     fn draw(
         &self,
-        renderer: &mut Renderer,
+        (renderer, shapes): (&mut Renderer, &mut MeshShapes),
         animation: &Animation,
         frame: u32,
         output: &mut RenderOutput,
@@ -255,16 +255,7 @@ impl Render {
         let mut cheaper = None;
         let mut plan = String::new();
         if let Some(max_error) = self.max_error {
-            let budget = Budget {
-                scene,
-                options: &options,
-                kind: BudgetKind::Scene,
-                depth_format: DepthFormat::default(),
-                width,
-                height,
-                max_error,
-            };
-            let choice = prove(&budget, |geometry| MeshShape::of(&geometry.mesh));
+            let choice = prove(&Budget { scene, options: &options, max_error }, shapes);
             plan.push_str(&choice.to_string());
             let mut changed = scene.clone();
             choice.apply(&mut changed);

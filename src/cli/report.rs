@@ -5,7 +5,7 @@ use super::render_args::RenderArgs;
 use super::scene_file::{self, ReadOptions, SceneError, SceneFile};
 use super::{Status, output, say_as_program};
 use crate::animation::{Animation, FrameOptions};
-use crate::measure::{Effort, UserScene, hard, pictures_of, run, write};
+use crate::measure::{Effort, Section, UserScene, hard, peers_of, pictures_of, run, write};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -25,6 +25,9 @@ pub(super) struct ReportArgs {
     /// Only the table of whole pictures, for this scene or mesh file in three dimensions; again for further files
     #[arg(long, value_name = "FILE", conflicts_with = "hard")]
     scene: Vec<PathBuf>,
+    /// Also other programs on the workloads W1 to W5, from the peers.json that benches/peers/run.sh writes
+    #[arg(long, value_name = "FILE", conflicts_with = "hard")]
+    peers: Option<PathBuf>,
     #[command(flatten)]
     meshes: MeshArgs,
     #[command(flatten)]
@@ -50,11 +53,16 @@ impl ReportArgs {
             let effort = if self.quick { Effort::QUICK } else { Effort::FULL };
             // One thread unless told otherwise: what the machine's cores add is a table of its own.
             let effort = effort.drawn_by(simd, threads.unwrap_or(1));
-            let report = match self.scenes() {
+            let peers = match self.peers() {
+                Ok(peers) => peers,
+                Err(error) => return error.say(),
+            };
+            let mut report = match self.scenes() {
                 Ok(scenes) if scenes.is_empty() => run(effort, &mut progress),
                 Ok(scenes) => pictures_of(effort, scenes, &mut progress),
                 Err(error) => return error.say(),
             };
+            report.sections.extend(peers);
             let machine = machine(if self.quick { "fbptr report --quick" } else { "fbptr report" });
             let json = format!("{:#}\n", write::json(&report, &machine));
             let files = vec![
@@ -80,6 +88,16 @@ impl ReportArgs {
 }
 
 impl ReportArgs {
+    /// Reads the section of other programs, if there is one.
+    fn peers(&self) -> Result<Option<Section>, SceneError> {
+        let read = |path: &PathBuf| {
+            let text = std::fs::read_to_string(path).map_err(|e| e.to_string());
+            let no_file = |e: String| SceneError::NoFile(format!("{}: {e}", path.display()));
+            text.and_then(|text| peers_of(&text)).map_err(no_file)
+        };
+        self.peers.as_ref().map(read).transpose()
+    }
+
     /// Reads the scenes of the command line, each as `fbptr render` draws its first picture.
     fn scenes(&self) -> Result<Vec<UserScene>, SceneError> {
         let read = |path: &PathBuf| {

@@ -1,8 +1,7 @@
 //! Whole pictures: time against error for every mode that a user can choose, scene by scene.
 //!
 //! A scene as it asks to be drawn is the default row. The other rows change one mode each, or draw
-//! within an error budget as a stream of commands does once it has settled: with the choice that
-//! [`ChoiceCache`](crate::pipeline::quality::ChoiceCache) has after its trial. The ways of one scene
+//! within an error budget as a stream of commands does from the second draw on. The ways of one scene
 //! are timed in turns, so that all see the same machine. Some pixels drawn on, chosen at random, are
 //! compared with the reference.
 
@@ -25,8 +24,8 @@ use ways::Way;
 pub(super) const PICTURES: Experiment = Experiment {
     id: "pictures",
     title: "Whole pictures",
-    about: "Scenes as they ask to be drawn, in every other mode that a user can choose, and within an error budget. A budget is drawn \
-            with what it has settled on after 100 draws. The ways of a scene are timed in turns; a picture is cleared and drawn \
+    about: "Scenes as they ask to be drawn, in every other mode that a user can choose, and within an error budget. \
+            The ways of a scene are timed in turns; a picture is cleared and drawn \
             whole. Errors are those of pixels drawn on, chosen at random.",
     truth: Truth {
         is: "the scene as it asks to be drawn, by the reference; exact fibres; exact areas of the lines, one over the other",
@@ -76,7 +75,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
 /// Returns the rows of one scene; `None` if it cannot be drawn.
 fn rows_of(effort: &Effort, case: &Case) -> Option<Vec<Row>> {
     let compared = Compared::of_case(case, compared_pixels(effort))?;
-    let (possible, others): (Vec<Way>, Vec<Way>) = ways::of(effort, case)
+    let (possible, others): (Vec<Way>, Vec<Way>) = ways::of(case)
         .into_iter()
         .partition(|way| Buffers::of_case(&mut effort.renderer(), &way.case).refusal.is_none());
     let mut frames: Vec<BenchFrame> = possible

@@ -8,12 +8,11 @@ use crate::TURN;
 use crate::counting::most_held;
 use fbptr::error::Code;
 use fbptr::memory::{DepthFormat, MemoryBudget, PickBuffer, VideoMemory};
-use fbptr::pipeline::quality::{Budget, BudgetKind, Choice, trial_bytes, try_out};
 use fbptr::pipeline::{
     DrawCall, DrawStats, PipelineError, Plan, RenderOptions, RenderPath, Renderer, SceneOptions, Target,
 };
 use fbptr::scene::{
-    Camera, Corner, Geometry, HiddenSurface, Light, Material, Mesh, NONE, Projection, ShadeMode, shapes,
+    Camera, Corner, Geometry, HiddenSurface, Light, Material, Mesh, NONE, Projection, ShadeMode,
 };
 use fbptr::truth::scenes::{lit_triangle, object};
 use glam::DVec3;
@@ -285,36 +284,4 @@ fn what_fits_in_no_pieces_is_refused_with_the_figures_and_changes_nothing() {
     }
     let corner = geometry.mesh.corners[0];
     assert_eq!(corner.normal, NONE);
-}
-
-#[test]
-fn a_trial_of_cheaper_settings_holds_what_it_asks_for() {
-    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
-    let (width, height) = (200, 150);
-    for (mesh, faces) in [(shapes::teapot(2).unwrap(), 0), (all_sizes(2000, 4), 2000)] {
-        let mut scene = lit_triangle();
-        // Flat light is tried for the triangle, with the mesh beside it.
-        scene.objects.push(object("it", mesh));
-        let options = SceneOptions { camera: camera(), ..SceneOptions::new(width, height) };
-        let wanted = Budget {
-            scene: &scene,
-            options: &options,
-            kind: BudgetKind::Scene,
-            depth_format: DepthFormat::F32,
-            width,
-            height,
-            max_error: 8.0,
-        };
-        let mut renderer = Renderer::default();
-        let budget = MemoryBudget::unlimited();
-        renderer.set_budget(&budget);
-        let (choice, held) =
-            most_held(|| try_out(&mut renderer, &wanted, Choice::exact(&wanted, "nothing is proven")));
-        let tried = choice.unwrap().trial;
-        assert!(tried.is_some_and(|trial| trial.pixels > 1000), "{faces} faces");
-        // Memory that the renderer keeps is part of its budget.
-        let asked = trial_bytes(&scene, width, height) + budget.used();
-        println!("a trial over {faces} faces: {held} bytes held, {asked} asked for");
-        assert!(held <= asked, "{held} bytes held, {asked} asked for");
-    }
 }

@@ -59,14 +59,6 @@ fn a_file_that_is_loaded_holds_nobody_up() {
 }
 
 #[test]
-fn the_trial_of_cheaper_settings_holds_nobody_up() {
-    let scene = "LIGHT 0 DIR 0 0 -1 1 1 1\nLIGHT 1 POINT 3 3 3 1 0 0\nLOOKAT 0 0 6 0 0 0 0 1 0\n\
-                 MESH m KNOT 120 24\nSHADE phong\nQUALITY max-error 4\n";
-    // The hundredth draw of one state is tried out.
-    overtakes(&Serving::limited(320, 240, patient()), scene, &"DRAW m\n".repeat(120));
-}
-
-#[test]
 fn figures_in_pieces_hold_nobody_up() {
     let serving = Serving::limited(2048, 2048, patient());
     let fill = "FILL 1 1 2000 1 1 2000 ff000080 00ff0080 0000ff80\n".repeat(6);

@@ -1,12 +1,12 @@
 //! Ways of drawing one scene: as it asks, one other mode at a time, and within error budgets.
 
-use super::super::experiment::{Bound, Effort, Standing};
+use super::super::experiment::{Bound, Standing};
 use super::super::picture::scene_options;
 use super::scenes::faces;
 use super::{LARGEST, PERCENTILE, bound};
 use crate::memory::DepthFormat;
 use crate::pipeline::SceneOptions;
-use crate::pipeline::quality::{Budget, BudgetKind, Choice, ChoiceCache, Search, TRY_AFTER, try_out};
+use crate::pipeline::quality::{Budget, Choice, MeshShapes, prove};
 use crate::scene::{Filter, HiddenSurface, Interpolation, ShadeMode};
 use crate::truth::scenes::Case;
 
@@ -42,7 +42,7 @@ const BUDGETS: [f64; 4] = [1.0, 4.0, 16.0, 40.0];
 const MOST_SORTED: usize = 10_000;
 
 /// Returns the ways of a case, the default first.
-pub(super) fn of(effort: &Effort, case: &Case) -> Vec<Way> {
+pub(super) fn of(case: &Case) -> Vec<Way> {
     let because = "the limit of textured colours, 2, or of others, 1, by the specification";
     let bounds = vec![bound(LARGEST, limit(case), because)];
     let mut ways = vec![Way::new("as asked".into(), Standing::Default, case.clone(), bounds)];
@@ -75,7 +75,7 @@ pub(super) fn of(effort: &Effort, case: &Case) -> Vec<Way> {
         painter.settings.hide = HiddenSurface::Painter;
         ways.push(Way::mode("painter", painter));
     }
-    ways.extend(BUDGETS.iter().filter_map(|e| within(effort, case, *e)));
+    ways.extend(BUDGETS.iter().filter_map(|e| within(case, *e)));
     ways
 }
 
@@ -87,9 +87,11 @@ pub(super) fn limit(case: &Case) -> f64 {
     if case.scene.objects.iter().any(is_textured) || case.scene.sky.is_some() { 2.0 } else { 1.0 }
 }
 
-/// Returns the way that a budget settles on; `None` if the trial is refused.
-fn within(effort: &Effort, case: &Case, max_error: f64) -> Option<Way> {
-    let choice = settled(effort, case, max_error)?;
+/// Returns the way that a budget chooses; `None` if the scene cannot be drawn.
+fn within(case: &Case, max_error: f64) -> Option<Way> {
+    let options = scene_options(case)?;
+    let budget = Budget { scene: &case.scene, options: &options, max_error };
+    let choice = prove(&budget, &mut MeshShapes::at_once());
     let mut cheaper = case.clone();
     choice.apply(&mut cheaper.scene);
     let name = format!("max-error {max_error}: {}", in_words(&choice));
@@ -97,30 +99,6 @@ fn within(effort: &Effort, case: &Case, max_error: f64) -> Option<Way> {
     let at_most = if choice.is_exact() { max_error.max(limit(case)) } else { max_error };
     let bounds = vec![bound(PERCENTILE, at_most, "the budget's promise, which is what was asked for")];
     Some(Way::new(name, Standing::Mode, cheaper, bounds))
-}
-
-/// Returns the choice that a stream of commands has after [`TRY_AFTER`] draws of one state.
-fn settled(effort: &Effort, case: &Case, max_error: f64) -> Option<Choice> {
-    let options = scene_options(case)?;
-    let budget = Budget {
-        scene: &case.scene,
-        options: &options,
-        kind: BudgetKind::Scene,
-        depth_format: case.format,
-        width: case.width,
-        height: case.height,
-        max_error,
-    };
-    let mut cache = ChoiceCache::default();
-    for _ in 0..TRY_AFTER {
-        if let Search::TryOut(so_far) = cache.look_up(&budget) {
-            let choice = try_out(&mut effort.renderer(), &budget, so_far).ok()?;
-            cache.replace(&budget, choice);
-        }
-    }
-    match cache.look_up(&budget) {
-        Search::Use(choice) | Search::TryOut(choice) => Some(choice),
-    }
 }
 
 /// Returns what was chosen, in a few words.

@@ -24,26 +24,44 @@ use crate::math::matrix::unit;
 use crate::pipeline::normals::{Normals, polygon_normal};
 use crate::scene::{Attenuation, Cull, FillStyle, Light, LightKind, LightingModel, Material};
 use crate::scene::{Mesh, Object, Scene, ShadeMode};
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, DVec4};
 
-/// Angles between the normals of a mesh, and its size, in object space.
+/// Box of a mesh in object space.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MeshShape {
+pub struct MeshBox {
+    /// Low and high corner of the box around all positions.
+    pub bounds: [DVec3; 2],
+    /// Whether no vertex colour is transparent, negative or above 1.
+    pub has_plain_colors: bool,
+}
+
+impl MeshBox {
+    /// Measures a mesh.
+    pub fn of(mesh: &Mesh) -> MeshBox {
+        let (low, high) = mesh.bounds().unwrap_or_default();
+        let is_plain = |c: &DVec4| c.max_element() <= 1.0 && c.min_element() >= 0.0 && c.w == 1.0;
+        MeshBox { bounds: [low, high], has_plain_colors: mesh.colors.iter().all(is_plain) }
+    }
+}
+
+/// Angles between the normals of a mesh, and the size of its faces in object space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshAngles {
     /// Least cosine between a polygon's normal and the normal of one of its corners.
     pub face_cos: f64,
     /// Least cosine between the normals of two corners of a triangle.
     pub spread_cos: f64,
     /// Upper bound on the distance between two points of a polygon.
     pub extent: f64,
-    /// Bounding box of all positions.
-    pub bounds: [DVec3; 2],
 }
 
-impl MeshShape {
+impl MeshAngles {
     /// Measures a mesh. Returns `None` without triangles, for indices that are out of range, and for
     /// triangles of a polygon without area.
-    pub fn of(mesh: &Mesh) -> Option<MeshShape> {
-        let (low, high) = mesh.bounds().filter(|_| !mesh.triangles.is_empty())?;
+    pub fn of(mesh: &Mesh) -> Option<MeshAngles> {
+        if mesh.triangles.is_empty() {
+            return None;
+        }
         let in_range = |c: &crate::scene::Corner| (c.position as usize) < mesh.positions.len();
         let polygon_in_range = |p: &crate::scene::Polygon| {
             (p.first_corner as usize + p.corner_count as usize) <= mesh.corners.len() && p.corner_count > 0
@@ -53,7 +71,7 @@ impl MeshShape {
         }
         let has_own = |c: &crate::scene::Corner| mesh.normals.get(c.normal as usize).is_some();
         let normals = Normals::of(mesh, !mesh.corners.iter().all(has_own), &NEVER);
-        let mut shape = MeshShape { face_cos: 1.0, spread_cos: 1.0, extent: 0.0, bounds: [low, high] };
+        let mut angles = MeshAngles { face_cos: 1.0, spread_cos: 1.0, extent: 0.0 };
         for (triangle, polygon) in mesh.triangles.iter().zip(&mesh.triangle_polygon) {
             let face = *normals.of_polygon.get(*polygon as usize)?;
             if face == DVec3::ZERO {
@@ -73,8 +91,8 @@ impl MeshShape {
                 *own = given.or(mean.copied()).unwrap_or(face);
             }
             let [a, b, c] = own;
-            shape.face_cos = shape.face_cos.min(a.dot(face)).min(b.dot(face)).min(c.dot(face));
-            shape.spread_cos = shape.spread_cos.min(a.dot(b)).min(b.dot(c)).min(c.dot(a));
+            angles.face_cos = angles.face_cos.min(a.dot(face)).min(b.dot(face)).min(c.dot(face));
+            angles.spread_cos = angles.spread_cos.min(a.dot(b)).min(b.dot(c)).min(c.dot(a));
         }
         for polygon in &mesh.polygons {
             let corners = &mesh.corners[polygon.first_corner as usize..][..polygon.corner_count as usize];
@@ -82,16 +100,17 @@ impl MeshShape {
             let farthest = corners
                 .iter()
                 .fold(0.0f64, |far, c| far.max(mesh.positions[c.position as usize].distance(first)));
-            shape.extent = shape.extent.max(2.0 * farthest);
+            angles.extent = angles.extent.max(2.0 * farthest);
         }
-        (shape.extent.is_finite() && shape.face_cos.is_finite()).then_some(shape)
+        (angles.extent.is_finite() && angles.face_cos.is_finite()).then_some(angles)
     }
 }
 
 /// An object whose shading may be bounded: its shape in the world.
 pub(super) struct ShadedObject<'a> {
     object: &'a Object,
-    shape: MeshShape,
+    mesh_box: MeshBox,
+    angles: Option<MeshAngles>,
     /// Factor from object to world lengths.
     scale: f64,
     materials: Vec<&'a Material>,
@@ -99,8 +118,8 @@ pub(super) struct ShadedObject<'a> {
 
 impl<'a> ShadedObject<'a> {
     /// Returns the object if its cheaper settings can be bounded: opaque, drawn by the tile renderer
-    /// under every shading mode, with a model that keeps angles.
-    pub fn of(object: &'a Object, shape: MeshShape) -> Option<ShadedObject<'a>> {
+    /// under every shading mode, with a model that keeps angles. Without angles no other shading mode is.
+    pub fn of(object: &'a Object, mesh_box: MeshBox, angles: Option<MeshAngles>) -> Option<ShadedObject<'a>> {
         let scale = similarity(DMat3::from_mat4(object.model))?;
         let is_plain = object.back_material.is_none()
             && (!object.two_sided_lighting || object.cull == Cull::Back)
@@ -113,15 +132,19 @@ impl<'a> ShadedObject<'a> {
                 && m.transparency <= 0.0
         };
         let textures = object.geometry.textures.iter().flatten().chain(object.texture.iter().map(|t| &t.0));
-        let has_colors =
-            mesh.colors.iter().all(|c| c.max_element() <= 1.0 && c.min_element() >= 0.0 && c.w == 1.0);
-        let is_opaque = has_colors && !textures.into_iter().any(|t| t.has_alpha());
+        let is_opaque = mesh_box.has_plain_colors && !textures.into_iter().any(|t| t.has_alpha());
         (is_plain && is_opaque && materials.iter().all(is_known)).then_some(ShadedObject {
             object,
-            shape,
+            mesh_box,
+            angles,
             scale,
             materials,
         })
+    }
+
+    /// Returns the object.
+    pub fn object(&self) -> &'a Object {
+        self.object
     }
 
     /// Returns a bound on the colour error of drawing the object in `shade` in place of `own`, under
@@ -130,17 +153,15 @@ impl<'a> ShadedObject<'a> {
         if shade == own {
             return Some(0.0);
         }
-        if own != ShadeMode::Phong {
-            return None;
-        }
+        let angles = self.angles.filter(|_| own == ShadeMode::Phong)?;
         let mut error = 0.0;
         for light in lights {
             let light = scene.lights.get(*light as usize)?;
             if light.color == DVec3::ZERO {
                 continue;
             }
-            let turn = self.turn_of(light)?;
-            let change = self.change_of(shade, turn)?;
+            let turn = self.turn_of(angles, light)?;
+            let change = self.change_of(angles, shade, turn)?;
             // The largest sum of both terms, over materials and channels.
             let most = self.materials.iter().filter(|m| m.model != LightingModel::Unlit);
             error += most
@@ -150,18 +171,18 @@ impl<'a> ShadedObject<'a> {
     }
 
     /// Returns a bound on how much max(N.L,0) changes when L turns by `turn` over a face.
-    fn change_of(&self, shade: ShadeMode, turn: f64) -> Option<f64> {
+    fn change_of(&self, angles: MeshAngles, shade: ShadeMode, turn: f64) -> Option<f64> {
         // Cosines of equal unit normals are rounded.
         let angle = |cos: f64| if cos >= 1.0 - 1e-12 { 0.0 } else { libm::acos(cos.clamp(-1.0, 1.0)) };
         let has_colors = !self.object.geometry.mesh.colors.is_empty();
         match shade {
             ShadeMode::Flat => {
-                let angle = angle(self.shape.face_cos);
+                let angle = angle(angles.face_cos);
                 // Vertex colours become their mean.
                 (!has_colors && angle < 1.5).then(|| 2.0 * libm::sin(angle / 2.0) + turn)
             }
             ShadeMode::Gouraud => {
-                let spread = angle(self.shape.spread_cos);
+                let spread = angle(angles.spread_cos);
                 if spread >= 1.5 {
                     return None;
                 }
@@ -177,7 +198,7 @@ impl<'a> ShadedObject<'a> {
 
     /// Returns the largest change of the direction to a light over a face; `None` where the light's
     /// strength changes too.
-    fn turn_of(&self, light: &Light) -> Option<f64> {
+    fn turn_of(&self, angles: MeshAngles, light: &Light) -> Option<f64> {
         match light.kind {
             LightKind::Directional { .. } => Some(0.0),
             LightKind::Point { position, attenuation, radius }
@@ -186,7 +207,7 @@ impl<'a> ShadedObject<'a> {
                     && light.ambient == DVec3::ZERO =>
             {
                 let distance = self.distance(position)?;
-                (distance > 0.0).then(|| self.shape.extent * self.scale / distance)
+                (distance > 0.0).then(|| angles.extent * self.scale / distance)
             }
             _ => None,
         }
@@ -194,7 +215,7 @@ impl<'a> ShadedObject<'a> {
 
     /// Returns a lower bound on the distance of the object from a point of the world.
     fn distance(&self, point: DVec3) -> Option<f64> {
-        let [low, high] = self.shape.bounds;
+        let [low, high] = self.mesh_box.bounds;
         let inside = self.object.model.inverse().transform_point3(point);
         let distance = (inside - inside.clamp(low, high)).length() * self.scale;
         distance.is_finite().then_some(distance)
@@ -245,15 +266,15 @@ mod tests {
 
     #[test]
     fn a_box_has_one_normal_a_face_and_a_sphere_has_not() {
-        let cuboid = MeshShape::of(&shapes::cuboid(DVec3::ONE).unwrap()).unwrap();
+        let cuboid = MeshAngles::of(&shapes::cuboid(DVec3::ONE).unwrap()).unwrap();
         assert!(cuboid.face_cos > 1.0 - 1e-12 && cuboid.spread_cos > 1.0 - 1e-12, "{cuboid:?}");
-        let sphere = MeshShape::of(&shapes::sphere(1.0).unwrap()).unwrap();
+        let sphere = MeshAngles::of(&shapes::sphere(1.0).unwrap()).unwrap();
         assert!(sphere.face_cos < 0.9999 && sphere.face_cos > 0.99, "{sphere:?}");
         assert!(sphere.spread_cos < sphere.face_cos, "{sphere:?}");
         let mut broken = shapes::cuboid(DVec3::ONE).unwrap();
         broken.corners[0].position = 99;
-        assert_eq!(MeshShape::of(&broken), None);
-        assert_eq!(MeshShape::of(&Mesh::default()), None);
+        assert_eq!(MeshAngles::of(&broken), None);
+        assert_eq!(MeshAngles::of(&Mesh::default()), None);
     }
 
     #[test]
@@ -277,16 +298,15 @@ mod tests {
                 (lambert(face) - phong).abs(),
                 ((0..3).map(|i| b[i] * lambert(c[i])).sum::<f64>() - phong).abs(),
             ];
-            let shape = MeshShape {
+            let angles = MeshAngles {
                 face_cos: c.iter().map(|n| n.dot(face)).fold(1.0, f64::min),
                 spread_cos: c[0].dot(c[1]).min(c[1].dot(c[2])).min(c[2].dot(c[0])),
                 extent: 0.0,
-                bounds: [DVec3::ZERO; 2],
             };
             let object = crate::truth::scenes::object("o", Mesh::default());
-            let shaded = ShadedObject::of(&object, shape).unwrap();
+            let shaded = ShadedObject::of(&object, MeshBox::of(&Mesh::default()), Some(angles)).unwrap();
             for (i, shade) in [ShadeMode::Flat, ShadeMode::Gouraud].into_iter().enumerate() {
-                let bound = shaded.change_of(shade, 0.0).unwrap();
+                let bound = shaded.change_of(angles, shade, 0.0).unwrap();
                 assert!(errors[i] <= bound + 1e-12, "{shade:?}: {} > {bound}", errors[i]);
                 widest[i] = widest[i].max(errors[i] / bound.max(1e-9));
             }
@@ -297,8 +317,7 @@ mod tests {
     #[test]
     fn a_light_out_of_reach_reflects_nothing() {
         let object = crate::truth::scenes::object("o", shapes::cuboid(DVec3::ONE).unwrap());
-        let shape = MeshShape::of(&object.geometry.mesh).unwrap();
-        let shaded = ShadedObject::of(&object, shape).unwrap();
+        let shaded = ShadedObject::of(&object, MeshBox::of(&object.geometry.mesh), None).unwrap();
         let mut light = Light::point(DVec3::new(10.0, 0.0, 0.0), DVec3::ONE);
         assert_eq!(shaded.of_light(&light), Some(object.material.kd.max_element()));
         let LightKind::Point { attenuation, radius, .. } = &mut light.kind else { unreachable!() };

@@ -4,21 +4,6 @@ use super::{Budget, QualitySettings, settings};
 use crate::scene::Scene;
 use std::fmt;
 
-/// A picture with cheaper settings, compared with the exact picture at every pixel drawn on.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Trial {
-    /// Number of pixels drawn on.
-    pub pixels: usize,
-    /// Number of these whose difference is over the limit.
-    pub over: usize,
-    /// The 99.9th percentile of the difference, in 1/255 steps.
-    pub error: u8,
-    /// Number of objects that were drawn with cheaper settings.
-    pub objects: usize,
-    /// Number of these that stay within the limit.
-    pub holds_for: usize,
-}
-
 /// The chosen settings, and the grounds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
@@ -29,24 +14,27 @@ pub struct Choice {
     /// Largest proven bound of an object's error, in 1/255 steps, rounding included; 0 where all
     /// is exact.
     pub proven: f64,
-    /// Comparison with the exact picture, if there was one.
-    pub trial: Option<Trial>,
     /// Costs of the exact picture and of the choice, in units of the calibration table.
     pub costs: [f64; 2],
-    /// Further remarks.
-    pub notes: Vec<String>,
+    /// Number of objects whose meshes are drawn for the first time, so that nothing is known of them.
+    pub unknown: usize,
+    /// Number of objects whose meshes cost more to measure than two exact frames.
+    pub unmeasured: usize,
+    /// Reason why all is exact, if there is one for the whole scene.
+    pub exact_because: Option<&'static str>,
 }
 
 impl Choice {
     /// Creates the choice that changes nothing.
-    pub fn exact(budget: &Budget, note: &str) -> Choice {
+    pub fn exact(budget: &Budget) -> Choice {
         Choice {
             max_error: budget.max_error,
             settings: vec![QualitySettings::default(); budget.scene.objects.len()],
             proven: 0.0,
-            trial: None,
             costs: [0.0; 2],
-            notes: vec![note.to_owned()],
+            unknown: 0,
+            unmeasured: 0,
+            exact_because: None,
         }
     }
 
@@ -70,18 +58,21 @@ impl fmt::Display for Choice {
         if self.proven > 0.0 {
             writeln!(f, "  proven     at most {:.2} steps for any camera", self.proven)?;
         }
-        if let Some(t) = &self.trial {
-            writeln!(
-                f,
-                "  compared   {} of {} pixels over the limit, {} steps; holds for {} of {} objects",
-                t.over, t.pixels, t.error, t.holds_for, t.objects
-            )?;
-        }
         let [exact, chosen] = self.costs;
         if exact > 0.0 {
             let part = 100.0 * chosen / exact;
             writeln!(f, "  cost       {chosen:.3e} of {exact:.3e} units by the calibration ({part:.0} %)")?;
         }
-        self.notes.iter().try_for_each(|note| writeln!(f, "  note       {note}"))
+        if self.unknown > 0 {
+            writeln!(f, "  note       {} meshes are drawn for the first time: exact", self.unknown)?;
+        }
+        if self.unmeasured > 0 {
+            let count = self.unmeasured;
+            writeln!(f, "  note       {count} meshes would cost more to measure than two exact frames")?;
+        }
+        if let Some(reason) = self.exact_because {
+            writeln!(f, "  note       {reason}")?;
+        }
+        Ok(())
     }
 }

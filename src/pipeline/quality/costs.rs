@@ -4,10 +4,8 @@
 //! and vector width. Its figures are measured: docs/notes/error-budget.md has the machine, the
 //! command and the frames that they come from. One unit is a nanosecond of that machine.
 
-use super::Budget;
-use super::settings::QualitySettings;
-use crate::scene::{Filter, LightKind, LightingModel, Material, Object, ShadeMode};
-use glam::{DVec3, DVec4};
+use crate::scene::{Filter, LightKind, LightingModel, Object, Scene, ShadeMode};
+use glam::{DMat4, DVec3, DVec4};
 
 /// Covered pixel without light: clear, coverage, depth and a constant colour.
 const PIXEL: f64 = 4.0;
@@ -29,6 +27,16 @@ const SPECULAR: f64 = 0.5;
 const TABLE_ENTRY: f64 = 9.0;
 /// Light, or its specular term, at such a vertex or face.
 const TABLE_LIGHT: f64 = 0.25;
+/// Face whose angles are measured.
+const MEASURED_FACE: f64 = 45.0;
+/// Choice of an object's settings, and of one of its lights.
+const CHOICE: f64 = 150.0;
+const CHOICE_LIGHT: f64 = 15.0;
+
+/// Exact frames that measuring a mesh may cost at most.
+const MOST_FRAMES: f64 = 2.0;
+/// Part of an object's exact cost that choosing its settings may cost at most.
+const CHOICE_PART: f64 = 1.0 / 50.0;
 
 /// Returns the cost of a filter at a pixel.
 fn filter_cost(filter: Filter) -> f64 {
@@ -56,62 +64,82 @@ impl Cost {
     }
 }
 
-/// Returns the cost of drawing an object that covers `pixels` pixels.
-pub(super) fn cost(object: &Object, budget: &Budget, settings: &QualitySettings, pixels: f64) -> Cost {
-    let scene = budget.scene;
-    let mesh = &object.geometry.mesh;
-    let mut materials = mesh.materials.iter().chain([&object.material]);
-    let is_lit = materials.clone().any(|m: &Material| m.model != LightingModel::Unlit);
-    let is_shiny = materials.any(|m| m.ks != DVec3::ZERO);
-    let (mut at_pixel, mut lights) = (0.0, 0.0);
-    for light in settings.lights_of(object, scene).iter().filter_map(|l| scene.lights.get(*l as usize)) {
-        lights += 1.0;
-        at_pixel += match light.kind {
-            LightKind::Directional { .. } => DIRECTIONAL,
-            _ => POINT,
-        };
-        at_pixel += if is_shiny { SPECULAR } else { 0.0 };
-    }
-    let entry = TABLE_ENTRY + TABLE_LIGHT * lights * if is_shiny { 2.0 } else { 1.0 };
-    let shade = settings.shade.or(object.shade).unwrap_or(budget.options.shade);
-    let (at_pixel, tables) = match shade {
-        _ if !is_lit || lights == 0.0 => (0.0, 0.0),
-        ShadeMode::Phong => (PHONG + at_pixel, 0.0),
-        ShadeMode::Gouraud => (GOURAUD, vertices(object) * entry),
-        ShadeMode::Flat => (FLAT, mesh.triangles.len() as f64 * entry),
-        ShadeMode::Wire => (0.0, 0.0),
-    };
-    let filter = object.texture.as_ref().map(|t| filter_cost(settings.filter.unwrap_or(t.1.filter)));
-    let faces = mesh.triangles.len() as f64 * FACE;
-    Cost { pixels: faces + pixels * (PIXEL + at_pixel + filter.unwrap_or(0.0)), tables }
+/// Numbers that the costs of one object are computed from.
+pub(super) struct ObjectCosts<'a> {
+    scene: &'a Scene,
+    pixels: f64,
+    faces: f64,
+    vertices: f64,
+    is_lit: bool,
+    is_shiny: bool,
+    /// Cost of the texture at a pixel.
+    texture: f64,
 }
 
-/// Returns an estimate of the vertices of an object's indexed mesh.
-fn vertices(object: &Object) -> f64 {
-    let mesh = &object.geometry.mesh;
-    mesh.positions.len().max(mesh.normals.len()).min(mesh.corners.len()) as f64
+impl<'a> ObjectCosts<'a> {
+    /// Creates the costs of an object that covers `pixels` pixels.
+    pub fn of(object: &Object, scene: &'a Scene, pixels: f64) -> ObjectCosts<'a> {
+        let mesh = &object.geometry.mesh;
+        let mut materials = mesh.materials.iter().chain([&object.material]);
+        ObjectCosts {
+            scene,
+            pixels,
+            faces: mesh.triangles.len() as f64,
+            vertices: mesh.positions.len().max(mesh.normals.len()).min(mesh.corners.len()) as f64,
+            is_lit: materials.clone().any(|m| m.model != LightingModel::Unlit),
+            is_shiny: materials.any(|m| m.ks != DVec3::ZERO),
+            texture: object.texture.as_ref().map_or(0.0, |t| filter_cost(t.1.filter)),
+        }
+    }
+
+    /// Returns the cost of drawing the object in a shading mode under these lights.
+    pub fn drawing(&self, shade: ShadeMode, lights: &[u32]) -> Cost {
+        let (mut at_pixel, mut count) = (0.0, 0.0);
+        for light in lights.iter().filter_map(|l| self.scene.lights.get(*l as usize)) {
+            count += 1.0;
+            at_pixel += match light.kind {
+                LightKind::Directional { .. } => DIRECTIONAL,
+                _ => POINT,
+            };
+            at_pixel += if self.is_shiny { SPECULAR } else { 0.0 };
+        }
+        let entry = TABLE_ENTRY + TABLE_LIGHT * count * if self.is_shiny { 2.0 } else { 1.0 };
+        let (at_pixel, tables) = match shade {
+            _ if !self.is_lit || count == 0.0 => (0.0, 0.0),
+            ShadeMode::Phong => (PHONG + at_pixel, 0.0),
+            ShadeMode::Gouraud => (GOURAUD, self.vertices * entry),
+            ShadeMode::Flat => (FLAT, self.faces * entry),
+            ShadeMode::Wire => (0.0, 0.0),
+        };
+        Cost { pixels: self.faces * FACE + self.pixels * (PIXEL + at_pixel + self.texture), tables }
+    }
+
+    /// Returns whether choosing among so many lights is cheap beside drawing the object exactly.
+    pub fn choice_is_cheap(&self, exact: f64, lights: usize) -> bool {
+        CHOICE + CHOICE_LIGHT * lights as f64 <= CHOICE_PART * exact
+    }
+
+    /// Returns whether measuring the mesh costs at most two exact frames.
+    pub fn measuring_is_cheap(&self, exact: f64) -> bool {
+        MEASURED_FACE * self.faces <= MOST_FRAMES * exact
+    }
 }
 
 /// Returns an estimate of the pixels that an object covers: half of its bounding box on the screen.
-pub(super) fn covered_pixels(object: &Object, bounds: [DVec3; 2], budget: &Budget) -> f64 {
-    let viewport = budget.options.viewport;
-    let whole = f64::from(viewport.width) * f64::from(viewport.height);
-    let camera = budget.scene.camera.unwrap_or(budget.options.camera);
-    let aspect = f64::from(viewport.width) / f64::from(viewport.height);
-    let Ok(matrices) = camera.matrices(aspect) else { return 0.0 };
-    let to_clip = matrices.projection * matrices.view * object.model;
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+pub(super) fn covered_pixels(object: &Object, [low, high]: [DVec3; 2], to_clip: DMat4, whole: f64) -> f64 {
+    let to_clip = to_clip * object.model;
+    let (mut least, mut most) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for i in 0..8 {
-        let corner = |axis: usize| bounds[(i >> axis) & 1][axis];
+        let corner = |axis: usize| if (i >> axis) & 1 == 1 { high[axis] } else { low[axis] };
         let p = to_clip * DVec4::new(corner(0), corner(1), corner(2), 1.0);
         if p.w.is_nan() || p.w <= 0.0 {
             return whole / 2.0;
         }
         for axis in 0..2 {
             let at = (p[axis] / p.w).clamp(-1.0, 1.0);
-            (low[axis], high[axis]) = (low[axis].min(at), high[axis].max(at));
+            (least[axis], most[axis]) = (least[axis].min(at), most[axis].max(at));
         }
     }
-    let part = (high[0] - low[0]) * (high[1] - low[1]) / 4.0;
+    let part = (most[0] - least[0]) * (most[1] - least[1]) / 4.0;
     if part.is_finite() { whole * part / 2.0 } else { 0.0 }
 }

@@ -1,36 +1,29 @@
 //! The error budget: cheaper settings that keep a picture within a given error.
 //!
 //! In: a scene, and E, the largest allowed 99.9th percentile of the colour error, in 1/255 steps
-//! over the pixels that are drawn on. Out: a [`Choice`]: for every object its shading mode, texture
-//! filter and lights. Coverage and depth are not changed. There are two grounds for a choice:
-//!
-//! ```text
-//! proof   prove    bounds from a mesh's normals and the lights, for any camera; draws nothing
-//! trial   try_out  the exact picture and one cheaper picture of the same state, compared at every
-//!                  pixel; for that state alone, after TRY_AFTER draws of it
-//! ```
+//! over the pixels that are drawn on. Out: a [`Choice`]: for every object its shading mode and its
+//! lights. Coverage and depth are not changed. What is chosen is proven (`bounds`) from the angles
+//! between a mesh's normals and from the lights, for any camera; nothing is drawn to find out.
 //!
 //! Exact settings are always a candidate, and win unless the calibration table (`costs`) says that
-//! others are plainly cheaper. Nothing reads a clock: a stream of commands gets the same choices with
-//! every number of threads, vector width and machine.
+//! others are plainly cheaper. A mesh is measured once ([`MeshShapes`]), and only where that costs
+//! at most two exact frames by the same table. Nothing reads a clock: a stream of commands gets the
+//! same choices with every number of threads, vector width and machine.
 
 mod bounds;
-mod cache;
 mod choice;
 mod costs;
 mod proof;
 mod settings;
-mod trial;
+mod shapes;
 
-pub use bounds::MeshShape;
-pub use cache::{ChoiceCache, MOST_FACES, Search, TRY_AFTER};
-pub use choice::{Choice, Trial};
+pub use bounds::{MeshAngles, MeshBox};
+pub use choice::Choice;
 pub use proof::prove;
 pub use settings::QualitySettings;
-pub use trial::{trial_bytes, try_out};
+pub use shapes::MeshShapes;
 
 use super::draw_call::SceneOptions;
-use crate::memory::DepthFormat;
 use crate::scene::{HiddenSurface, Object, Scene};
 
 /// Input of a choice: the scene, how it is drawn, and the allowed error.
@@ -40,26 +33,8 @@ pub struct Budget<'a> {
     pub scene: &'a Scene,
     /// Options of the exact drawing.
     pub options: &'a SceneOptions,
-    /// A scene, or single draws with transparent faces among the others.
-    pub kind: BudgetKind,
-    /// Format of the depth memory.
-    pub depth_format: DepthFormat,
-    /// Width of the frame in pixels.
-    pub width: u32,
-    /// Height of the frame in pixels.
-    pub height: u32,
     /// E, the allowed error in 1/255 steps.
     pub max_error: f64,
-}
-
-/// The kind of drawing that a budget is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum BudgetKind {
-    /// A scene: transparent faces after the opaque ones.
-    #[default]
-    Scene,
-    /// Single draws, one per object, in order.
-    Draws,
 }
 
 impl Budget<'_> {

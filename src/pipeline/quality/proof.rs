@@ -1,11 +1,10 @@
-//! Choice by proof: for each object the cheapest settings whose bound is within E.
+//! For each object the cheapest settings whose proven bound is within E.
 
-use super::bounds::{MeshShape, ShadedObject};
-use super::costs::{cost, covered_pixels};
+use super::bounds::ShadedObject;
+use super::costs::{ObjectCosts, covered_pixels};
 use super::settings::QualitySettings;
-use super::{Budget, Choice, steps_of_rounding};
-use crate::scene::{Geometry, Object, ShadeMode};
-use std::sync::Arc;
+use super::{Budget, Choice, MeshShapes, steps_of_rounding};
+use crate::scene::ShadeMode;
 
 /// Part of the pixels' saving that lighting vertices or faces may cost at most: an estimate of the
 /// pixels that an object covers may be three times too large.
@@ -14,54 +13,77 @@ const TABLE_PART: f64 = 1.0 / 3.0;
 /// Part of an object's cost that other settings must save: exact settings win ties.
 const LEAST_SAVING: f64 = 0.05;
 
-/// Returns the settings that are proven to stay within the budget; `shape_of` returns what is known
-/// of a mesh.
-pub fn prove(budget: &Budget, mut shape_of: impl FnMut(&Arc<Geometry>) -> Option<MeshShape>) -> Choice {
-    if let Some(reason) = budget.exact_reason() {
-        return Choice::exact(budget, reason);
+/// Returns the settings that are proven to stay within the budget, by what is known of the meshes.
+pub fn prove(budget: &Budget, shapes: &mut MeshShapes) -> Choice {
+    let mut choice = Choice::exact(budget);
+    choice.exact_because = budget.exact_reason();
+    if choice.exact_because.is_some() {
+        return choice;
     }
-    let mut choice = Choice::exact(budget, "");
-    choice.notes.clear();
-    for (object, settings) in budget.scene.objects.iter().zip(&mut choice.settings) {
-        let Some(shape) = shape_of(&object.geometry) else { continue };
-        let pixels = covered_pixels(object, shape.bounds, budget);
-        let exact = cost(object, budget, settings, pixels).sum();
-        choice.costs[0] += exact;
-        let (mut least, mut error) = (exact, 0.0);
-        for (candidate, bound) in candidates(object, shape, budget) {
-            let own = cost(object, budget, &candidate, pixels);
-            let saving = exact - own.pixels;
-            if own.sum() < least
-                && own.tables <= TABLE_PART * saving
-                && own.sum() <= (1.0 - LEAST_SAVING) * exact
-            {
-                (least, error, *settings) = (own.sum(), bound, candidate);
-            }
+    let [width, height] = [budget.options.viewport.width, budget.options.viewport.height].map(f64::from);
+    let camera = budget.scene.camera.unwrap_or(budget.options.camera);
+    let Some(to_clip) = shapes.to_clip(camera, width / height) else { return choice };
+    let every_light: Vec<u32> = (0..budget.scene.lights.len() as u32).collect();
+    for (i, object) in budget.scene.objects.iter().enumerate() {
+        let Some(mesh_box) = shapes.box_of(&object.geometry) else {
+            choice.unknown += 1;
+            continue;
+        };
+        let pixels = covered_pixels(object, mesh_box.bounds, to_clip, width * height);
+        let costs = ObjectCosts::of(object, budget.scene, pixels);
+        let lights = object.lights.as_ref().unwrap_or(&every_light);
+        let own = object.shade.unwrap_or(budget.options.shade);
+        let exact = costs.drawing(own, lights).sum();
+        choice.costs = choice.costs.map(|cost| cost + exact);
+        let may_pay = costs.drawing(own, &[]).sum() <= (1.0 - LEAST_SAVING) * exact;
+        if !may_pay || !costs.choice_is_cheap(exact, lights.len()) {
+            continue;
         }
-        choice.costs[1] += least;
-        choice.proven = choice.proven.max(error);
+        let may_measure = own == ShadeMode::Phong && costs.measuring_is_cheap(exact);
+        choice.unmeasured += usize::from(own == ShadeMode::Phong && !may_measure);
+        let angles = if may_measure { shapes.angles_of(&object.geometry) } else { None };
+        let Some(shaded) = ShadedObject::of(object, mesh_box, angles) else { continue };
+        if let Some(found) = cheapest(&shaded, own, lights, budget, &costs) {
+            choice.costs[1] += found.cost - exact;
+            choice.proven = choice.proven.max(found.bound);
+            choice.settings[i] = found.settings;
+        }
     }
     if choice.is_exact() {
-        choice.notes.push("nothing cheaper is proven to stay within the limit: exact".to_owned());
+        choice.exact_because = Some("nothing cheaper is proven to stay within the limit: exact");
     }
     choice
 }
 
-/// Returns the settings of an object that are proven to stay within E, each with its bound in steps.
-fn candidates(object: &Object, shape: MeshShape, budget: &Budget) -> Vec<(QualitySettings, f64)> {
-    let Some(shaded) = ShadedObject::of(object, shape) else { return Vec::new() };
-    let (scene, own) = (budget.scene, object.shade.unwrap_or(budget.options.shade));
-    let lights = QualitySettings::default().lights_of(object, scene);
+/// Settings with their bound in steps, and their cost.
+struct Proven {
+    settings: QualitySettings,
+    bound: f64,
+    cost: f64,
+}
+
+/// Returns the cheapest settings that are proven to stay within E, if they are cheaper than exact
+/// ones: a shading mode, without those lights that add least.
+fn cheapest(
+    shaded: &ShadedObject,
+    own: ShadeMode,
+    lights: &[u32],
+    budget: &Budget,
+    costs: &ObjectCosts,
+) -> Option<Proven> {
+    let scene = budget.scene;
+    let exact = costs.drawing(own, lights).sum();
     // Equal formulas give equal right answers; others are rounded to bytes on top of their difference.
-    let total = |delta: f64| steps_of_rounding(object) + if delta > 0.0 { 1.0 + delta } else { 0.0 };
+    let rounding = steps_of_rounding(shaded.object());
+    let total = |delta: f64| rounding + if delta > 0.0 { 1.0 + delta } else { 0.0 };
     let mut reflected: Vec<(f64, u32)> = lights
         .iter()
         .filter_map(|l| Some((255.0 * shaded.of_light(scene.lights.get(*l as usize)?)?, *l)))
         .collect();
     reflected.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let mut found = Vec::new();
+    let mut best: Option<Proven> = None;
     for shade in [own, ShadeMode::Gouraud, ShadeMode::Flat] {
-        let Some(error) = shaded.of_shade(own, shade, scene, &lights) else { continue };
+        let Some(error) = shaded.of_shade(own, shade, scene, lights) else { continue };
         let mut delta = 255.0 * error;
         if total(delta) > budget.max_error {
             continue;
@@ -75,14 +97,16 @@ fn candidates(object: &Object, shape: MeshShape, budget: &Budget) -> Vec<(Qualit
             dark.push(*light);
         }
         let kept: Vec<u32> = lights.iter().copied().filter(|l| !dark.contains(l)).collect();
-        let settings = QualitySettings {
-            shade: (shade != own).then_some(shade),
-            filter: None,
-            lights: (!dark.is_empty()).then_some(kept),
-        };
-        if settings != QualitySettings::default() {
-            found.push((settings, total(delta)));
+        let cost = costs.drawing(shade, &kept);
+        let tables_pay = shade == own || cost.tables <= TABLE_PART * (exact - cost.pixels);
+        let least = best.as_ref().map_or((1.0 - LEAST_SAVING) * exact, |b| b.cost);
+        if tables_pay && cost.sum() < least {
+            let settings = QualitySettings {
+                shade: (shade != own).then_some(shade),
+                lights: (!dark.is_empty()).then_some(kept),
+            };
+            best = Some(Proven { settings, bound: total(delta), cost: cost.sum() });
         }
     }
-    found
+    best
 }

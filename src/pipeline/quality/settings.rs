@@ -1,6 +1,6 @@
 //! Quality settings of an object: deviations from drawing it exactly.
 
-use crate::scene::{Filter, Object, Scene, ShadeMode};
+use crate::scene::{Object, ShadeMode};
 use std::fmt;
 
 /// Deviations from drawing an object exactly; `None` leaves a property as it is.
@@ -8,8 +8,6 @@ use std::fmt;
 pub struct QualitySettings {
     /// Shading mode.
     pub shade: Option<ShadeMode>,
-    /// Texture filter.
-    pub filter: Option<Filter>,
     /// Indices of the lights that reach the object.
     pub lights: Option<Vec<u32>>,
 }
@@ -18,19 +16,8 @@ impl QualitySettings {
     /// Applies the settings to an object.
     pub fn apply(&self, object: &mut Object) {
         object.shade = self.shade.or(object.shade);
-        if let (Some(filter), Some((_, sampling))) = (self.filter, &mut object.texture) {
-            sampling.filter = filter;
-        }
         if let Some(lights) = &self.lights {
             object.lights = Some(lights.clone());
-        }
-    }
-
-    /// Returns the indices of the lights that reach an object under these settings.
-    pub(super) fn lights_of(&self, object: &Object, scene: &Scene) -> Vec<u32> {
-        match (&self.lights, &object.lights) {
-            (Some(lights), _) | (None, Some(lights)) => lights.clone(),
-            (None, None) => (0..scene.lights.len() as u32).collect(),
         }
     }
 }
@@ -38,12 +25,11 @@ impl QualitySettings {
 impl fmt::Display for QualitySettings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let shade = self.shade.map(|s| format!("shade {}", s.as_str()));
-        let filter = self.filter.map(|t| format!("filter {}", t.as_str()));
         let lights = self.lights.as_ref().map(|l| match l.len() {
             1 => "1 light".to_owned(),
             n => format!("{n} lights"),
         });
-        let parts: Vec<String> = [shade, filter, lights].into_iter().flatten().collect();
+        let parts: Vec<String> = [shade, lights].into_iter().flatten().collect();
         if parts.is_empty() { f.write_str("exact") } else { f.write_str(&parts.join(", ")) }
     }
 }

@@ -1,34 +1,21 @@
 //! Tests with evident choices; `tests/drawing/budget.rs` compares pictures with the reference.
 
 use super::*;
-use crate::pipeline::Renderer;
-use crate::scene::{Filter, Light, LightKind, Sampling, ShadeMode, Texture, shapes};
+use crate::scene::{Light, LightKind, ShadeMode, shapes};
 use crate::truth::scenes::{lit_triangle, object};
-use glam::DVec3;
-use std::sync::Arc;
+use glam::{DMat4, DVec3};
 
-fn with_budget<T>(
-    scene: &Scene,
-    [width, height]: [u32; 2],
-    max_error: f64,
-    then: impl FnOnce(&Budget) -> T,
-) -> T {
+/// Returns the choice for a scene of this size whose meshes were all drawn before, and the number of
+/// faces that were measured for it.
+fn chosen(scene: &Scene, max_error: f64, [width, height]: [u32; 2]) -> (Choice, u64) {
     let options = SceneOptions::new(width, height);
-    let (kind, depth_format) = (BudgetKind::Scene, DepthFormat::F32);
-    then(&Budget { scene, options: &options, kind, depth_format, width, height, max_error })
+    let mut shapes = MeshShapes::at_once();
+    let choice = prove(&Budget { scene, options: &options, max_error }, &mut shapes);
+    (choice, shapes.measured_faces())
 }
 
 fn proven(scene: &Scene, max_error: f64) -> Choice {
-    with_budget(scene, [1600, 1200], max_error, |budget| {
-        prove(budget, |geometry| MeshShape::of(&geometry.mesh))
-    })
-}
-
-fn tried(scene: &Scene, max_error: f64) -> Choice {
-    with_budget(scene, [160, 120], max_error, |budget| {
-        let exact = Choice::exact(budget, "not proven here");
-        try_out(&mut Renderer::default(), budget, exact).unwrap()
-    })
+    chosen(scene, max_error, [1600, 1200]).0
 }
 
 /// A ball in place of the triangle.
@@ -49,7 +36,6 @@ fn under_one_step_and_without_objects_all_is_exact() {
     let mut scene = lit_triangle();
     scene.objects.clear();
     assert!(proven(&scene, 5.0).is_exact());
-    assert!(tried(&scene, 5.0).is_exact());
 }
 
 #[test]
@@ -75,8 +61,8 @@ fn what_is_not_seen_to_hold_for_any_camera_is_exact() {
     assert!(is_exact(&|o| (o.two_sided_lighting, o.cull) = (true, crate::scene::Cull::None)));
     assert!(is_exact(&|o| o.back_material = Some(o.material.clone())));
     assert!(is_exact(&|o| o.material.transparency = 0.5));
-    assert!(is_exact(&|o| o.model = glam::DMat4::from_scale(DVec3::new(1.0, 2.0, 1.0))));
-    assert!(!is_exact(&|o| o.model = glam::DMat4::from_scale(DVec3::splat(1.25))));
+    assert!(is_exact(&|o| o.model = DMat4::from_scale(DVec3::new(1.0, 2.0, 1.0))));
+    assert!(!is_exact(&|o| o.model = DMat4::from_scale(DVec3::splat(1.25))));
     assert!(is_exact(&|o| o.shade = Some(ShadeMode::Wire)));
     // A point light: near it the direction turns over the face.
     scene.lights = vec![Light::point(DVec3::new(0.0, 0.0, 1.0), DVec3::ONE)];
@@ -102,42 +88,62 @@ fn lights_that_add_too_little_are_left_out() {
 }
 
 #[test]
-fn a_large_mesh_is_not_lit_ahead_of_the_pixels() {
+fn a_large_mesh_is_not_lit_ahead_of_the_pixels_but_loses_dark_lights() {
     let mut scene = lit_triangle();
     scene.objects = vec![object("ball", shapes::teapot(40).unwrap())];
     assert!(proven(&scene, 200.0).is_exact());
-    assert!(tried(&scene, 200.0).is_exact());
+    let mut dim = scene.lights[0];
+    dim.color = DVec3::splat(0.001);
+    scene.lights.extend([dim; 8]);
+    let choice = proven(&scene, 8.0);
+    assert_eq!((choice.settings[0].shade, choice.settings[0].lights.as_deref()), (None, Some(&[0][..])));
 }
 
 #[test]
-fn a_trial_keeps_what_stays_within_the_limit_object_by_object() {
+fn no_mesh_is_measured_that_costs_more_than_two_exact_frames() {
+    let mut scene = lit_triangle();
+    scene.objects = vec![object("pot", shapes::teapot(20).unwrap())];
+    let faces = scene.objects[0].geometry.mesh.triangles.len() as u64;
+    let (mut refused, mut measured) = (0, 0);
+    for height in [60, 120, 240, 480, 960, 1920] {
+        let (choice, measured_faces) = chosen(&scene, 60.0, [height * 4 / 3, height]);
+        // 45 units a face, as the calibration has it.
+        let is_cheap = 45.0 * faces as f64 <= 2.0 * choice.costs[0];
+        assert!(measured_faces == 0 || is_cheap && measured_faces == faces, "{height}: {choice}");
+        assert!(choice.unmeasured == 0 || !is_cheap && measured_faces == 0, "{height}: {choice}");
+        let text = choice.to_string();
+        let is_told = text.contains("1 meshes would cost more to measure than two exact frames");
+        assert_eq!(is_told, choice.unmeasured == 1, "{text}");
+        (refused, measured) = (refused + choice.unmeasured, measured + u64::from(measured_faces > 0));
+    }
+    assert!(refused > 0 && measured > 0, "{refused} refused, {measured} measured");
+}
+
+#[test]
+fn nothing_is_chosen_for_an_object_whose_pixels_cost_less_than_choosing() {
+    let mut scene = lit_triangle();
+    let shade = |scene: &Scene| proven(scene, 8.0).settings[0].shade;
+    assert_eq!(shade(&scene), Some(ShadeMode::Flat));
+    scene.objects[0].model = DMat4::from_scale(DVec3::splat(0.02));
+    assert_eq!(shade(&scene), None);
+}
+
+#[test]
+fn a_choice_is_made_for_each_object() {
     let mut scene = lit_triangle();
     let mut shiny = object("shiny", shapes::teapot(2).unwrap());
     shiny.material.ks = DVec3::splat(0.7);
-    shiny.material.n = 40.0;
-    shiny.model = glam::DMat4::from_translation(DVec3::new(1.0, 1.0, 0.5));
     scene.objects.push(shiny);
-    let choice = tried(&scene, 8.0);
-    assert_eq!(choice.settings[0].shade, Some(ShadeMode::Flat), "{choice}");
-    assert_eq!(choice.settings[1].shade, None, "{choice}");
-    let trial = choice.trial.as_ref().unwrap();
-    assert_eq!((trial.objects, trial.holds_for), (2, 1), "{choice}");
+    let choice = proven(&scene, 8.0);
+    assert_eq!([0, 1].map(|i| choice.settings[i].shade), [Some(ShadeMode::Flat), None], "{choice}");
     let mut cheaper = scene.clone();
     choice.apply(&mut cheaper);
     assert_eq!((cheaper.objects[0].shade, cheaper.objects[1].shade), (Some(ShadeMode::Flat), None));
-}
-
-#[test]
-fn a_magnified_texture_needs_no_levels() {
-    let mut scene = lit_triangle();
-    let texels: Vec<u8> = (0..64u8).map(|i| if i % 4 == 3 { 255 } else { i.wrapping_mul(37) }).collect();
-    let sampling = Sampling { filter: Filter::Trilinear, ..Sampling::default() };
-    let o = &mut scene.objects[0];
-    let mut mesh = o.geometry.mesh.clone();
-    mesh.texcoords = vec![glam::DVec2::ZERO, glam::DVec2::X, glam::DVec2::Y];
-    mesh.corners.iter_mut().enumerate().for_each(|(i, c)| c.texcoord = i as u32);
-    o.geometry = Arc::new(crate::scene::Geometry { mesh, textures: Vec::new() });
-    o.texture = Some((Arc::new(Texture::new(4, 4, texels).unwrap()), sampling));
-    let choice = tried(&scene, 4.0);
-    assert_eq!(choice.settings[0].filter, Some(Filter::Bilinear), "{choice}");
+    let options = SceneOptions::new(1600, 1200);
+    let first =
+        prove(&Budget { scene: &scene, options: &options, max_error: 8.0 }, &mut MeshShapes::default());
+    assert!(
+        first.is_exact() && first.to_string().contains("2 meshes are drawn for the first time"),
+        "{first}"
+    );
 }

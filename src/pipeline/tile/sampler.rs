@@ -225,6 +225,9 @@ impl TextureSampler<'_> {
             return out;
         }
         let last = self.texture.level_count() - 1;
+        // A texel is what is left of it and none of the next level, to the bit: magnified textures need
+        // one level alone.
+        let is_between = !texel_addresses.part.le(s.splat(0.0));
         let mut numbers = [0f32; 16];
         s.store(texel_addresses.level, &mut numbers[..S::LANES]);
         while left.any() {
@@ -234,7 +237,7 @@ impl TextureSampler<'_> {
             left = left & !same;
             let own = (first as u32).min(last);
             let mut texel = bilinear(s, same, self.texture, self.sampling, sample_coord.coordinates(), own);
-            if is_trilinear && own < last {
+            if is_trilinear && own < last && (same & is_between).any() {
                 texel = between::<S>(
                     texel,
                     bilinear(s, same, self.texture, self.sampling, sample_coord.coordinates(), own + 1),

@@ -5,17 +5,15 @@
 
 use super::drawing::{Drawing, MeshDraw, SceneDraw};
 use super::empty_draw;
-use super::quality::{Found, QualityRequest};
-use super::scene_request::{MadeScene, SceneRequest};
+use super::scene_request::SceneRequest;
 use super::{Effect, Engine, Job, JobResult, Progress, default_view};
-use crate::command::{Command, LightCommand, Quality, Rect};
+use crate::command::{Command, LightCommand, Rect};
 use crate::error::{Code, Fault};
 use crate::math::matrix;
 use crate::memory::{MemoryUse, Reservation};
-use crate::pipeline::quality::BudgetKind;
 use crate::pipeline::{DrawStats, EmptyDraw, PipelineError, SceneOptions, is_dark};
 use crate::scene::{
-    Camera, CameraError, Light, LightKind, LookAt, Projection, QualityUse, Sampling, TextureUse,
+    Camera, CameraError, Light, LightKind, LookAt, Projection, Sampling, Scene, TextureUse,
     TransparencyOrder, Viewport, ViewportRule,
 };
 use crate::server::Session;
@@ -142,24 +140,12 @@ impl Engine {
         Ok(())
     }
 
-    /// Runs `DRAW`. Under `QUALITY max-error` it uses the settings chosen for its state, or returns
-    /// the job that tries others out.
+    /// Runs `DRAW`, under `QUALITY max-error` with the settings chosen for it.
     pub(super) fn draw(&mut self, s: &mut Session, name: String) -> Result<Progress, Fault> {
-        self.draw_mesh(s, name, None)
-    }
-
-    /// Draws a mesh, after the trial of its settings if there was one.
-    fn draw_mesh(&mut self, s: &mut Session, name: String, found: Option<Found>) -> Result<Progress, Fault> {
-        let tried = found.map(|found| self.note_found(found));
         let mut geometry = self.mesh(s, &name)?;
         let has_textures = self.rendering.view_overrides.textures == TextureUse::AsGiven;
         if !has_textures && geometry.textures.iter().any(Option::is_some) {
-            geometry = match tried {
-                // The copy that was tried out is drawn: the cache identifies geometries by address and would
-                // not match a second copy.
-                Some(request) => request.geometry(),
-                None => Arc::new(geometry.without_textures()),
-            };
+            geometry = Arc::new(geometry.without_textures());
         }
         let (texture, sampling) = match s.texture.as_ref().filter(|_| has_textures) {
             None => (None, Sampling::default()),
@@ -195,38 +181,22 @@ impl Engine {
             asked: (s.shade, s.hide),
         };
         draw.is_dark = is_dark(&draw.call());
-        if let (Quality::MaxError(max_error), QualityUse::AsGiven) =
-            (s.quality, self.rendering.view_overrides.quality)
-        {
-            let call = draw.call();
-            let mut request =
-                QualityRequest::of_draw(self, &call, &draw.geometry, draw.texture.as_ref(), max_error);
-            if let Some(so_far) = self.settle(&mut request) {
-                let (command, name) = (Command::Draw { name: draw.name.clone() }, draw.name);
-                let then = move |e: &mut Engine, s: &mut Session, found| e.draw_mesh(s, name, Some(found));
-                return self.trial_job(command, request, so_far, then);
-            }
-            let cheaper = request.cheaper_draw(&call);
-            draw.lights = cheaper.lights;
-            (draw.shade, draw.sampling) = (cheaper.shade, cheaper.sampling);
-        }
+        self.cheapen_draw(s, &mut draw);
         self.run_drawing(s, Drawing::Mesh(Box::new(draw)))
     }
 
-    /// Runs `DRAWSCENE`, with the choice of [`Engine::draw`].
+    /// Runs `DRAWSCENE`, under `QUALITY max-error` with the settings chosen for it.
     pub(super) fn draw_scene(&mut self, s: &mut Session, time: f64, sorted: bool) -> Result<Progress, Fault> {
         self.draw_made_scene(s, time, sorted, None)
     }
 
-    /// Draws the scene, with the part of it that a job has made. The scene that was tried out is drawn itself:
-    /// the moving parts of a scene are created anew for each time, so the cache would not match a
-    /// second copy.
+    /// Draws the scene, which a job has built if that takes long.
     fn draw_made_scene(
         &mut self,
         s: &mut Session,
         time: f64,
         sorted: bool,
-        made: Option<MadeScene>,
+        made: Option<Box<Scene>>,
     ) -> Result<Progress, Fault> {
         let document = self.scene(s)?;
         let (width, height) = (self.framebuffer.width(), self.framebuffer.height());
@@ -238,8 +208,7 @@ impl Engine {
         let bytes = document.scene_bytes();
         let held = self.with_room(|engine| engine.quotas.budget.try_reserve(MemoryUse::Draws, bytes))?;
         let mut scene = match made {
-            Some(MadeScene::TriedOut(found)) => self.note_found(*found).scene,
-            Some(MadeScene::Built(scene)) => *scene,
+            Some(scene) => *scene,
             None => {
                 let request = SceneRequest::of(s, document, time, viewport, self.rendering.view_overrides);
                 if self.may_suspend && bytes > LARGE_SCENE_BYTES {
@@ -248,7 +217,7 @@ impl Engine {
                 request.build()
             }
         };
-        let mut options = SceneOptions {
+        let options = SceneOptions {
             viewport,
             camera: s.camera,
             shade: s.shade,
@@ -258,19 +227,7 @@ impl Engine {
             first_name: self.framebuffer.ids_of(&scene),
             ..SceneOptions::new(width, height)
         };
-        if let (Quality::MaxError(max_error), QualityUse::AsGiven) =
-            (s.quality, self.rendering.view_overrides.quality)
-        {
-            let mut request = QualityRequest::of_scene(self, scene, options, BudgetKind::Scene, max_error);
-            if let Some(so_far) = self.settle(&mut request) {
-                let command = Command::DrawScene { time, sorted };
-                let then = move |e: &mut Engine, s: &mut Session, found| {
-                    e.draw_made_scene(s, time, sorted, Some(MadeScene::TriedOut(Box::new(found))))
-                };
-                return self.trial_job(command, request, so_far, then);
-            }
-            (scene, options) = (request.scene, request.options);
-        }
+        self.cheapen_scene(s, &mut scene, &options);
         self.run_drawing(s, Drawing::Scene(Box::new(SceneDraw { scene, options, time, sorted, _held: held })))
     }
 
@@ -354,7 +311,7 @@ fn scene_job(request: SceneRequest, time: f64, sorted: bool, held: Reservation) 
         let draw = move |engine: &mut Engine, s: &mut Session, _: &mut Vec<u8>| {
             // Reserved anew by the command.
             drop(held);
-            engine.draw_made_scene(s, time, sorted, Some(MadeScene::Built(scene)))
+            engine.draw_made_scene(s, time, sorted, Some(scene))
         };
         JobResult::new(Command::DrawScene { time, sorted }, Ok(draw))
     })

@@ -62,7 +62,7 @@ use crate::eye::Rotation;
 use crate::load::{QuotaDir, SandboxDir};
 use crate::memory::{DepthMemory, MemoryBudget, MemoryUse, OverBudget, Rgba, VideoMemory};
 use crate::pipeline::Renderer;
-use crate::pipeline::quality::ChoiceCache;
+use crate::pipeline::quality::MeshShapes;
 use crate::scene::ViewOverrides;
 use std::sync::Arc;
 use std::time::Duration;
@@ -156,8 +156,8 @@ pub struct Engine {
 #[derive(Debug)]
 struct Rendering {
     renderer: Renderer,
-    /// Cached choices of `QUALITY max-error`.
-    choices: ChoiceCache,
+    /// What `QUALITY max-error` knows of meshes.
+    shapes: MeshShapes,
     view_overrides: ViewOverrides,
     /// Turns of the eye in N-dimensional scenes, beyond their own.
     eye_turns: Arc<[Rotation]>,
@@ -226,7 +226,7 @@ impl Engine {
             framebuffer: EngineFrame::new(width, height, &quotas.budget, MemoryUse::Frame)?,
             rendering: Rendering {
                 renderer,
-                choices: ChoiceCache::default(),
+                shapes: MeshShapes::default(),
                 view_overrides: ViewOverrides::default(),
                 eye_turns: Arc::default(),
                 draw_thread: None,

@@ -3,21 +3,12 @@
 //! In: a document, a time, and what the session and the display change of the scene. Out: the scene,
 //! the same on any thread.
 
-use super::quality::Found;
 use crate::load::x3d::X3dDocument;
 use crate::scene::{Camera, Light, LightKind, Scene, ViewOverrides, Viewport};
 use crate::server::Session;
 use glam::DVec3;
 use std::collections::BTreeMap;
 use std::sync::Arc;
-
-/// A scene that another thread has made for a `DRAWSCENE`.
-pub(super) enum MadeScene {
-    /// Built because that takes long.
-    Built(Box<Scene>),
-    /// Tried out for the settings of `QUALITY`.
-    TriedOut(Box<Found>),
-}
 
 /// Everything that a scene is built from.
 pub(super) struct SceneRequest {

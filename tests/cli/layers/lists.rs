@@ -237,7 +237,7 @@ pub const PIPELINE: Edges = &[
             "worst_case",
         ],
     ),
-    ("quality", &["draw_call", "normals", "renderer", "scene"]),
+    ("quality", &["draw_call", "normals"]),
     (
         "trace",
         &[

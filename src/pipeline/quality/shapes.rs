@@ -1,0 +1,134 @@
+//! What is known of the meshes that a stream draws.
+//!
+//! In: the meshes of one draw after the other. Out: their boxes, and the angles between their
+//! normals, each measured once. A stream's mesh is measured the second time that it is seen, so that
+//! meshes made for one frame cost nothing. Meshes are compared by identity, and are not kept alive.
+//! Which meshes are forgotten depends on the order of the draws alone.
+
+use super::{MeshAngles, MeshBox};
+use crate::scene::{Camera, Geometry};
+use glam::DMat4;
+use std::collections::HashMap;
+use std::sync::{Arc, Weak};
+
+/// Number of meshes after which those are forgotten that were not seen since as many before.
+const KEPT: usize = 1024;
+
+/// Boxes and angles of the most recent meshes.
+#[derive(Debug, Default)]
+pub struct MeshShapes {
+    /// By address, which is not used again while there is a `Weak` of it.
+    recent: HashMap<usize, Known>,
+    older: HashMap<usize, Known>,
+    measures_at_once: bool,
+    measured_faces: u64,
+    /// The last camera and aspect, and the matrix to clip space, which many draws share.
+    last_camera: Option<(Camera, f64, Option<DMat4>)>,
+}
+
+/// Knowledge of a mesh.
+#[derive(Debug)]
+struct Known {
+    /// Keeps the address from being used again.
+    _mesh: Weak<Geometry>,
+    was_drawn: bool,
+    mesh_box: Option<MeshBox>,
+    /// `None` if they were not measured, `Some(None)` if there are none.
+    angles: Option<Option<MeshAngles>>,
+}
+
+impl MeshShapes {
+    /// Creates an empty table that measures meshes the first time that they are seen.
+    pub fn at_once() -> MeshShapes {
+        MeshShapes { measures_at_once: true, ..MeshShapes::default() }
+    }
+
+    /// Returns the number of faces whose angles were measured so far.
+    pub fn measured_faces(&self) -> u64 {
+        self.measured_faces
+    }
+
+    /// Counts a draw of a mesh, and returns its box; `None` the first time that it is seen.
+    pub(super) fn box_of(&mut self, geometry: &Arc<Geometry>) -> Option<MeshBox> {
+        let measures_at_once = self.measures_at_once;
+        let known = self.known(geometry);
+        if known.mesh_box.is_none() && (known.was_drawn || measures_at_once) {
+            known.mesh_box = Some(MeshBox::of(&geometry.mesh));
+        }
+        known.was_drawn = true;
+        known.mesh_box
+    }
+
+    /// Returns the angles of a mesh, if it has any.
+    pub(super) fn angles_of(&mut self, geometry: &Arc<Geometry>) -> Option<MeshAngles> {
+        let known = self.known(geometry);
+        if let Some(angles) = known.angles {
+            return angles;
+        }
+        let angles = MeshAngles::of(&geometry.mesh);
+        known.angles = Some(angles);
+        self.measured_faces += geometry.mesh.triangles.len() as u64;
+        angles
+    }
+
+    /// Returns the matrix of a camera from the world to clip space, if it has one.
+    pub(super) fn to_clip(&mut self, camera: Camera, aspect: f64) -> Option<DMat4> {
+        if let Some((last, last_aspect, to_clip)) = &self.last_camera
+            && (*last, *last_aspect) == (camera, aspect)
+        {
+            return *to_clip;
+        }
+        let to_clip = camera.matrices(aspect).ok().map(|m| m.projection * m.view);
+        self.last_camera = Some((camera, aspect, to_clip));
+        to_clip
+    }
+
+    /// Returns the entry of a mesh, which is a new one if the mesh is.
+    fn known(&mut self, geometry: &Arc<Geometry>) -> &mut Known {
+        let address = Arc::as_ptr(geometry) as usize;
+        if self.recent.len() >= KEPT {
+            self.older = std::mem::take(&mut self.recent);
+        }
+        let new =
+            || Known { _mesh: Arc::downgrade(geometry), was_drawn: false, mesh_box: None, angles: None };
+        self.recent.entry(address).or_insert_with(|| self.older.remove(&address).unwrap_or_else(new))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::shapes;
+    use glam::DVec3;
+
+    fn cuboid() -> Arc<Geometry> {
+        Arc::new(Geometry { mesh: shapes::cuboid(DVec3::ONE).unwrap(), textures: Vec::new() })
+    }
+
+    #[test]
+    fn a_mesh_is_measured_once_and_from_its_second_draw_on() {
+        let (mut shapes, mesh) = (MeshShapes::default(), cuboid());
+        assert_eq!(shapes.box_of(&mesh), None);
+        assert!(shapes.box_of(&mesh).is_some());
+        for _ in 0..3 {
+            assert!(shapes.angles_of(&mesh).is_some());
+        }
+        assert_eq!(shapes.measured_faces(), 12);
+        assert!(MeshShapes::at_once().box_of(&mesh).is_some());
+    }
+
+    #[test]
+    fn meshes_that_are_drawn_stay_and_others_are_forgotten() {
+        let (mut shapes, kept, left) = (MeshShapes::default(), cuboid(), cuboid());
+        for mesh in [&kept, &left] {
+            shapes.box_of(mesh);
+        }
+        for _ in 0..3 * KEPT {
+            // A mesh of its own does not outlive the draw.
+            assert_eq!(shapes.box_of(&cuboid()), None);
+            assert!(shapes.box_of(&kept).is_some());
+        }
+        assert_eq!(shapes.box_of(&left), None);
+        assert!(shapes.recent.len() + shapes.older.len() <= 2 * KEPT);
+    }
+}
