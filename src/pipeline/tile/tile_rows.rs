@@ -290,7 +290,7 @@ impl TileRow<'_> {
             narrow(tile.depth, width, columns, &mut *buffers.narrow);
         }
         let [left, top, right, bottom] = reach.map(i32::from);
-        self.draw.level.dispatch(ResolveKernel {
+        self.draw.level.dispatch_long(ResolveKernel {
             faces: self.faces,
             reach: PixelRect { x0: left.max(x0), y0: top.max(y0), x1: right.min(x1), y1: bottom.min(y1) },
             tile: &mut tile,
