@@ -154,7 +154,10 @@ fn stacked_faces_that_fill_tiles_look_as_if_drawn_one_by_one() {
         -0.1 - 0.75 * f64::from(state >> 8) / f64::from(1 << 24)
     };
     for face in 0..60u32 {
-        let level = depth() - 0.05;
+        let level = match face {
+            24.. => -0.26 - 0.001 * f64::from(face * 7 % 10),
+            _ => depth() - 0.05,
+        };
         for (x, y) in [(-2.2, -1.05), (2.2, -1.05), (0.0, 3.5)] {
             let z = if face % 3 == 0 || face >= 24 { level } else { depth() };
             mesh.positions.push(DVec3::new(x, y, z));

@@ -35,8 +35,8 @@ fn vector_start<S: Simd, D: DepthTest>(x: i32, tile: &Tile<'_>) -> i32 {
 #[inline(always)]
 fn columns_from(mask: u64, across: i32, fresh: u32) -> u64 {
     let (left, right) = ((-across).max(0), across.max(0));
-    let row = ((0xff << left) & 0xff) >> right & fresh & 0xff;
-    (mask << left >> right) & u64::from(row) * 0x0101_0101_0101_0101
+    let row = (((0xff << left) & 0xff) >> right) & fresh & 0xff;
+    ((mask << left) >> right) & (u64::from(row) * 0x0101_0101_0101_0101)
 }
 
 /// Draws a tiny face, a row of up to eight pixels at a time. Adds those that passed to `passed`, by
