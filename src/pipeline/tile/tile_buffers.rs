@@ -9,9 +9,8 @@ pub const NO_FACE: i32 = -1;
 /// Bit set in a face id if the face was set up in f64.
 pub const EXACT_FACE_BIT: i32 = 1 << 30;
 
-/// Row stride of a tile's face ids; the last tile of a row has fewer columns than this. An odd number
-/// of cache lines: with a power of two the rows would share half of the first-level cache's sets.
-pub const ID_STRIDE: usize = 2 * Grid::TILE_COLUMNS as usize + 16;
+/// Row stride of a tile's face ids; the last tile of a row has fewer columns than this.
+pub const ID_STRIDE: usize = 2 * Grid::TILE_COLUMNS as usize;
 
 /// Face ids of a tile, sized for the first-level cache; rows and columns beyond the tile stay
 /// [`NO_FACE`].
