@@ -18,7 +18,7 @@ pub enum Level {
     Portable,
     /// 4 lanes (little-endian AArch64 with NEON, which nearly all of them have).
     Neon,
-    /// 8 lanes (x86-64 with AVX2).
+    /// 8 lanes (x86-64 with AVX2, BMI1, BMI2, LZCNT, POPCNT).
     Avx2,
     /// 16 lanes (x86-64 with AVX-512 F, BW, DQ, VL, CD).
     Avx512,
@@ -41,7 +41,13 @@ impl Level {
         match self {
             Level::Portable => true,
             #[cfg(target_arch = "x86_64")]
-            Level::Avx2 => std::is_x86_feature_detected!("avx2"),
+            Level::Avx2 => {
+                std::is_x86_feature_detected!("avx2")
+                    && std::is_x86_feature_detected!("bmi1")
+                    && std::is_x86_feature_detected!("bmi2")
+                    && std::is_x86_feature_detected!("lzcnt")
+                    && std::is_x86_feature_detected!("popcnt")
+            }
             #[cfg(target_arch = "x86_64")]
             Level::Avx512 => {
                 std::is_x86_feature_detected!("avx512f")
@@ -83,8 +89,7 @@ impl Level {
                 return unsafe { super::avx512::run(kernel) };
             }
             if level == Level::Avx2 {
-                // SAFETY: `best` is AVX2 or above only where the CPU has AVX2 (every CPU with
-                // AVX-512 does).
+                // SAFETY: `best` found the CPU to have every feature that the function names.
                 return unsafe { super::avx2::run(kernel) };
             }
         }
@@ -93,6 +98,18 @@ impl Level {
             return kernel.run(super::neon::Neon);
         }
         kernel.run(Portable::<4>)
+    }
+
+    /// Runs a kernel of long chains of dependent operations: as [`dispatch`](Level::dispatch) does,
+    /// but where vectors have 8 lanes, over pairs of them.
+    #[inline]
+    pub fn dispatch_long<K: Kernel>(self, kernel: K) -> K::Output {
+        #[cfg(target_arch = "x86_64")]
+        if self.min(Level::best()) == Level::Avx2 {
+            // SAFETY: `best` found the CPU to have every feature that the function names.
+            return unsafe { super::avx2::run_paired(kernel) };
+        }
+        self.dispatch(kernel)
     }
 }
 

@@ -7,8 +7,8 @@
 //! kernel that treats its lanes alike gives the same bytes at every level.
 //!
 //! Safety: the token of an x86 level (and with it any vector of that level) is created only inside
-//! [`Level::dispatch`], after the CPU's features were checked. The trait `Evidence` of `x86.rs` is
-//! the contract. NEON is compiled only where every CPU of the target has it.
+//! [`Level::dispatch`] and [`Level::dispatch_long`], after the CPU's features were checked. The trait
+//! `Evidence` of `x86.rs` is the contract. NEON is compiled only where every CPU of the target has it.
 #![allow(unsafe_code)]
 
 pub mod allocator;
@@ -23,6 +23,7 @@ mod fill;
 mod level;
 #[cfg(all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"))]
 mod neon;
+mod pair;
 mod pixels;
 mod portable;
 pub mod prefetch;
@@ -167,6 +168,8 @@ pub trait Simd: Copy + 'static {
     fn first_occurrences(self, mask: Self::M, v: Self::I) -> Self::M;
     /// Returns the mask whose lane i is bit i of `bits`.
     fn mask(self, bits: u32) -> Self::M;
+    /// Adds 1 to `counts` in the set lanes.
+    fn increment(self, mask: Self::M, counts: Self::I) -> Self::I;
     /// Returns `a` where the mask is set, else `b`.
     fn select(self, mask: Self::M, a: Self::F, b: Self::F) -> Self::F;
     /// Returns `a` where the mask is set, else `b`.

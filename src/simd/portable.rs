@@ -304,6 +304,10 @@ impl<const N: usize> Simd for Portable<N> {
         MaskLanes(from_fn(|i| yes(bits >> i & 1 != 0)))
     }
     #[inline(always)]
+    fn increment(self, mask: MaskLanes<N>, counts: IntLanes<N>) -> IntLanes<N> {
+        IntLanes(from_fn(|i| counts.0[i].wrapping_sub(mask.0[i])))
+    }
+    #[inline(always)]
     fn select(self, mask: MaskLanes<N>, a: FloatLanes<N>, b: FloatLanes<N>) -> FloatLanes<N> {
         let bits = |v: f32| v.to_bits() as i32;
         FloatLanes(from_fn(|i| f32::from_bits(chosen(mask.0[i], bits(a.0[i]), bits(b.0[i])) as u32)))

@@ -6,6 +6,16 @@
 pub struct Spill<const N: usize>(pub [i32; N]);
 
 impl<const N: usize> Spill<N> {
+    /// Returns lane k, read as unsigned.
+    ///
+    /// # Panics
+    /// If `k` is out of range.
+    #[inline(always)]
+    pub fn lane(&self, k: usize) -> usize {
+        // SAFETY: the place is a reference's; volatile asks for no more than that it really is read.
+        unsafe { std::ptr::read_volatile(&raw const self.0[k]) as u32 as usize }
+    }
+
     /// Returns lanes 2 k and 2 k + 1, read as unsigned by one load: loads dominate the time of a
     /// gather.
     ///
@@ -32,6 +42,7 @@ mod tests {
         let numbers = [0, 1, -1, i32::MIN, i32::MAX, 7, 8, 9];
         let spill = Spill(numbers);
         for (k, pair) in numbers.as_chunks::<2>().0.iter().enumerate() {
+            assert_eq!([2 * k, 2 * k + 1].map(|k| spill.lane(k)), spill.pair(k));
             assert_eq!(spill.pair(k), pair.map(|lane| lane as u32 as usize));
         }
     }

@@ -1,5 +1,6 @@
 //! Each operation of each level compared, bit by bit, with that on plain arrays of as many lanes.
 
+use super::pair::Paired;
 use super::*;
 use proptest::prelude::*;
 
@@ -101,7 +102,7 @@ impl<S: Simd> Part<S> {
         let Part { s, x, p, q, m, .. } = *self;
         let arithmetic = [p + q, p - q, p * q, p & q, p | q, p ^ q, p.min(q), p.max(q)];
         let shifts = [p.shl::<0>(), p.shl::<7>(), p.sar::<9>(), p.sar::<31>(), p.shr::<3>()];
-        let others = [x.to_i32(), s.select_i(m, p, q), s.iota() + s.splat_i(at as i32)];
+        let others = [x.to_i32(), s.select_i(m, p, q), s.increment(m, p), s.iota() + s.splat_i(at as i32)];
         for v in arithmetic.into_iter().chain(shifts).chain(others) {
             out.push(self.lanes(v));
         }
@@ -247,8 +248,11 @@ proptest! {
         let input = Input { a, b, i, j, bits };
         let truth = AllOperations(input.clone()).run(Portable::<16>);
         prop_assert_eq!(&AllOperations(input.clone()).run(Portable::<8>), &truth);
+        prop_assert_eq!(&AllOperations(input.clone()).run(Paired(Portable::<4>)), &truth);
+        prop_assert_eq!(&AllOperations(input.clone()).run(Paired(Portable::<8>)), &truth);
         for level in Level::ALL {
             prop_assert_eq!(&level.dispatch(AllOperations(input.clone())), &truth, "{:?}", level);
+            prop_assert_eq!(&level.dispatch_long(AllOperations(input.clone())), &truth, "{:?}", level);
         }
     }
 }
@@ -298,6 +302,8 @@ fn a_gather_outside_its_slice_panics_instead_of_reading() {
         assert!(std::panic::catch_unwind(|| level.dispatch(PairOutside)).is_err(), "{level:?}");
         assert!(std::panic::catch_unwind(|| level.dispatch(BytePairOutside)).is_err(), "{level:?}");
         let outcome = std::panic::catch_unwind(|| level.dispatch(GatherOutside));
+        assert!(outcome.is_err(), "{level:?}");
+        let outcome = std::panic::catch_unwind(|| level.dispatch_long(GatherOutside));
         assert!(outcome.is_err(), "{level:?}");
     }
 }

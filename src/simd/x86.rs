@@ -255,10 +255,10 @@ macro_rules! transpositions {
             // vector's elements.
             unsafe {
                 let mut at = Spill([0i32; $lanes]);
-                storeu_si(at.0.as_mut_ptr().cast(), index_or_0(mask, index));
+                storeu_si(at.0.as_mut_ptr().cast(), in_eights::<STRIDE>(index_or_0(mask, index)));
                 // Row r holds the records of lanes r, 4 + r, ...; a 4x4 transpose within each 16
                 // bytes finishes it.
-                let ([a, b], [c, d]) = (two_rows::<STRIDE>(from, &at, 0), two_rows::<STRIDE>(from, &at, 1));
+                let ([a, b], [c, d]) = (two_rows(from, &at, 0), two_rows(from, &at, 1));
                 let (ab, cd) = (unpacklo_ps(a, b), unpacklo_ps(c, d));
                 let (ef, gh) = (unpackhi_ps(a, b), unpackhi_ps(c, d));
                 [
@@ -268,6 +268,14 @@ macro_rules! transpositions {
                     shuffle_ps::<0b11_10_11_10>(ef, gh),
                 ]
             }
+        }
+
+        /// Returns the places of records of STRIDE bytes, 8 or 16, in units of eight bytes, by which
+        /// an address is scaled as it is added.
+        #[inline(always)]
+        fn in_eights<const STRIDE: usize>(index: Ints) -> Ints {
+            const { assert!(STRIDE == 8 || STRIDE == 16) };
+            if STRIDE == 16 { registers!(I(index) => add_epi32(index, index)) } else { index }
         }
 
         /// Transposes four fields into rows of records: row r holds in its q-th 16 bytes the four
@@ -303,34 +311,31 @@ pub(super) unsafe fn two_pairs(from: &[u8], [first, second]: [usize; 2]) -> __m1
     }
 }
 
-/// Loads the 16-byte record STRIDE * `at` bytes from `from` on.
+/// Loads the 16 bytes that begin 8 * `at` bytes after `from`.
 ///
 /// # Safety
 /// 16 bytes must be readable there.
 #[inline(always)]
-unsafe fn record<const STRIDE: usize>(from: *const u8, at: usize) -> __m128 {
+unsafe fn record(from: *const u8, at: usize) -> __m128 {
     // SAFETY: as promised by the caller; SSE is part of every x86-64, and the load needs no
     // alignment.
-    unsafe { _mm_loadu_ps(from.add(at * STRIDE).cast()) }
+    unsafe { _mm_loadu_ps(from.add(at * 8).cast()) }
 }
 
-/// Loads the records at two pairs of indices: those of the first of each, and of the second.
+/// Loads the records at two pairs of places, in units of eight bytes: those of the first of each,
+/// and of the second.
 ///
 /// # Safety
 /// The CPU must have AVX2, and 16 bytes must be readable at each of those places.
 #[inline(always)]
-pub(super) unsafe fn rows_of_two<const STRIDE: usize>(
-    from: *const u8,
-    low: [usize; 2],
-    high: [usize; 2],
-) -> [__m256; 2] {
+pub(super) unsafe fn rows_of_two(from: *const u8, low: [usize; 2], high: [usize; 2]) -> [__m256; 2] {
     // SAFETY: as promised by the caller.
     unsafe {
-        let a = _mm256_castps128_ps256(record::<STRIDE>(from, low[0]));
-        let b = _mm256_castps128_ps256(record::<STRIDE>(from, low[1]));
+        let a = _mm256_castps128_ps256(record(from, low[0]));
+        let b = _mm256_castps128_ps256(record(from, low[1]));
         [
-            _mm256_insertf128_ps::<1>(a, record::<STRIDE>(from, high[0])),
-            _mm256_insertf128_ps::<1>(b, record::<STRIDE>(from, high[1])),
+            _mm256_insertf128_ps::<1>(a, record(from, high[0])),
+            _mm256_insertf128_ps::<1>(b, record(from, high[1])),
         ]
     }
 }

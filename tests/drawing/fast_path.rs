@@ -146,16 +146,20 @@ fn random_scenes_are_right_and_alike_on_every_machine() {
 fn stacked_faces_that_fill_tiles_look_as_if_drawn_one_by_one() {
     let (width, height) = (288, 80);
     let mut mesh = Mesh::default();
-    // Corners of a triangle around the frame; depths from a fixed sequence, with some faces level.
+    // Corners of a triangle around the frame; depths from a fixed sequence. Some faces are level, and
+    // from the second stack on all of them.
     let mut state = 7u32;
     let mut depth = || {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         -0.1 - 0.75 * f64::from(state >> 8) / f64::from(1 << 24)
     };
     for face in 0..60u32 {
-        let level = depth() - 0.05;
+        let level = match face {
+            24.. => -0.26 - 0.001 * f64::from(face * 7 % 10),
+            _ => depth() - 0.05,
+        };
         for (x, y) in [(-2.2, -1.05), (2.2, -1.05), (0.0, 3.5)] {
-            let z = if face % 3 == 0 { level } else { depth() };
+            let z = if face % 3 == 0 || face >= 24 { level } else { depth() };
             mesh.positions.push(DVec3::new(x, y, z));
         }
         mesh.colors.push(DVec4::new(f64::from(face) / 60.0, f64::from(face % 7) / 7.0, 0.5, 1.0));

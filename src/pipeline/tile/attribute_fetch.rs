@@ -34,6 +34,14 @@ pub struct Few<S: Simd> {
     pub vertices: [[usize; 3]; MOST_FEW],
 }
 
+impl<S: Simd> Few<S> {
+    /// Creates room for faces.
+    #[inline(always)]
+    pub fn new(s: S) -> Self {
+        Few { count: 0, pixels: [s.mask(0); MOST_FEW], vertices: [[0; 3]; MOST_FEW] }
+    }
+}
+
 // Functions marked for inlining, not closures: a closure would be compiled without the level's
 // instructions.
 

@@ -10,7 +10,7 @@
 
 use super::exact_faces::{self, ExactFace, STEEP};
 use super::tile_buffers::Tile;
-use crate::simd::{F32, I32, Mask, Simd};
+use crate::simd::{F32, I32, Simd};
 
 /// Depth test of a format.
 pub(super) trait DepthTest {
@@ -36,7 +36,7 @@ pub(super) trait DepthTest {
     }
 
     /// Tests depth at LANES pixels from (x, y) on, where `covered`; writes word and face id where it
-    /// passes. Returns how many passed.
+    /// passes. Returns the lanes that passed.
     #[inline(always)]
     fn write<S: Simd>(
         &self,
@@ -46,7 +46,7 @@ pub(super) trait DepthTest {
         covered: S::M,
         word: S::I,
         id: S::I,
-    ) -> u64 {
+    ) -> S::M {
         let mut passes = covered;
         if !tile.depth.is_empty() {
             let at = tile.depth_at(x, y);
@@ -58,7 +58,7 @@ pub(super) trait DepthTest {
         let at = tile.id_at(x, y);
         let ids = &mut tile.ids[at..at + S::LANES];
         s.store_i(s.select_i(passes, id, s.load_i(ids)), ids);
-        passes.bits().count_ones() as u64
+        passes
     }
 
     /// Tests depth at one pixel; writes word and face id if it passes, and returns whether it did.

@@ -1,8 +1,10 @@
 //! Rasterization of exact faces in a tile, by exact spans, and of stacks of faces that fill it.
 
 use super::depth_test::DepthTest;
+use super::edges::count_of;
 use super::exact_faces::{ExactFace, RUN};
 use super::grid::Grid;
+use super::raster::sum;
 use super::tile_buffers::{EXACT_FACE_BIT, Tile};
 use crate::math::coverage::{Filling, PixelRect, SnappedTriangle};
 use crate::simd::{I32, Mask, Simd};
@@ -97,7 +99,7 @@ fn draw_span<S: Simd, D: DepthTest>(
             false => test.clipped_words(s, face, start, y),
         };
         let id = s.splat_i(face.face as i32 | EXACT_FACE_BIT);
-        passed += test.write(s, tile, (start, y), covered & inside, word, id);
+        passed += count_of::<S>(test.write(s, tile, (start, y), covered & inside, word, id));
         x = start + lanes;
     }
     passed
@@ -117,13 +119,13 @@ fn draw_whole<S: Simd, D: DepthTest>(
     let id = s.splat_i(face.face as i32 | EXACT_FACE_BIT);
     let (at, depth_at) = (tile.id_at(x, y), tile.depth_at(x, y));
     let ids = &mut tile.ids[at..at + count];
-    let mut passed = 0;
     if tile.depth.is_empty() {
         for ids in ids.chunks_exact_mut(S::LANES) {
             s.store_i(id, ids);
         }
         return count as u64;
     }
+    let mut passed = s.splat_i(0);
     let depth = &mut tile.depth[depth_at..depth_at + count];
     let is_level = test.slope(face) == 0.0;
     let constant = if is_level { test.exact_words(s, face, x, y) } else { s.splat_i(0) };
@@ -134,10 +136,10 @@ fn draw_whole<S: Simd, D: DepthTest>(
         let passes = test.is_nearer(s, word, old);
         s.store_i(s.select_i(passes, word, old), depth);
         s.store_i(s.select_i(passes, id, s.load_i(ids)), ids);
-        passed += passes.bits().count_ones() as u64;
+        passed = s.increment(passes, passed);
         column += S::LANES as i32;
     }
-    passed
+    sum(s, passed)
 }
 
 /// Returns how much of the tile the face covers, as far as [`stack`] can draw it: `All` requires
@@ -162,7 +164,6 @@ pub(super) fn stack<S: Simd, D: DepthTest>(s: S, test: &D, faces: &[&ExactFace],
     let Some(first) = faces.first() else { return 0 };
     let count = faces.len().min(MOST_STACKED);
     let faces = &faces[..count];
-    let (x0, width) = (tile.x0, (tile.x1 - tile.x0) as usize);
     let (mut ids, mut runs) = ([0; MOST_STACKED], [test.run(first); MOST_STACKED]);
     let mut is_level = true;
     for (i, face) in faces.iter().enumerate() {
@@ -170,48 +171,102 @@ pub(super) fn stack<S: Simd, D: DepthTest>(s: S, test: &D, faces: &[&ExactFace],
         is_level &= test.slope(face) == 0.0;
     }
     let flip = s.splat_i(test.flip());
-    // Words of level faces in a row.
-    let mut level = [flip; MOST_STACKED];
+    let (x0, width) = (tile.x0, (tile.x1 - tile.x0) as usize);
     let mut passed = 0;
     for y in tile.y0..tile.y1 {
+        if is_level {
+            for (run, face) in runs.iter_mut().zip(faces) {
+                test.begin_run(run, face, x0, y);
+            }
+            let steps = Steps::of(s, test, &runs[..count], &ids, x0);
+            passed += steps.draw_row(s, flip, y, tile);
+            continue;
+        }
         let (at, depth_at) = (tile.id_at(x0, y), tile.depth_at(x0, y));
         let row_ids = &mut tile.ids[at..at + width];
         let row_depth = &mut tile.depth[depth_at..depth_at + width];
+        let mut counts = s.splat_i(0);
         let mut column = 0;
         while column < width {
             let (x, in_run) = (x0 + column as i32, column as i32 & (RUN - 1));
             let along = (s.iota() + s.splat_i(in_run)).to_f32();
-            if in_run == 0 && (column == 0 || !is_level) {
-                for (i, face) in faces.iter().enumerate() {
-                    test.begin_run(&mut runs[i], face, x, y);
+            if in_run == 0 {
+                for (run, face) in runs.iter_mut().zip(faces) {
+                    test.begin_run(run, face, x, y);
                 }
-            }
-            let mut i = 0;
-            while is_level && column == 0 && i < count {
-                level[i] = test.run_words(s, &runs[i], x, along) ^ flip;
-                i += 1;
             }
             let old = &mut row_depth[column..column + S::LANES];
             let own = &mut row_ids[column..column + S::LANES];
             let (mut nearest, mut id) = (s.load_i(old) ^ flip, s.load_i(own));
             let mut i = 0;
-            while is_level && i < count {
-                let passes = nearest.gt(level[i]);
-                (nearest, id) = (nearest.min(level[i]), s.select_i(passes, s.splat_i(ids[i]), id));
-                passed += passes.bits().count_ones() as u64;
-                i += 1;
-            }
             while i < count {
                 let word = test.run_words(s, &runs[i], x, along) ^ flip;
                 let passes = nearest.gt(word);
                 (nearest, id) = (nearest.min(word), s.select_i(passes, s.splat_i(ids[i]), id));
-                passed += passes.bits().count_ones() as u64;
+                counts = s.increment(passes, counts);
                 i += 1;
             }
             s.store_i(nearest ^ flip, old);
             s.store_i(id, own);
             column += S::LANES;
         }
+        passed += sum(s, counts);
     }
     passed
+}
+
+/// Faces of a stack whose words are equal along a row, and that are nearer there than all faces
+/// before them: no other can pass.
+struct Steps {
+    /// Words from the farthest to the nearest, as signed numbers.
+    words: [i32; MOST_STACKED],
+    count: usize,
+    /// Face id of the nearest.
+    id: i32,
+}
+
+impl Steps {
+    /// Finds the steps in the row in which `runs` were begun.
+    #[inline(always)]
+    fn of<S: Simd, D: DepthTest>(s: S, test: &D, runs: &[D::Run], ids: &[i32; MOST_STACKED], x: i32) -> Self {
+        let mut steps = Steps { words: [0; MOST_STACKED], count: 0, id: 0 };
+        let along = s.iota().to_f32();
+        let mut lanes = [0; 16];
+        for (run, id) in runs.iter().zip(ids) {
+            s.store_i(test.run_words(s, run, x, along), &mut lanes[..S::LANES]);
+            let word = lanes[0] ^ test.flip();
+            if steps.count == 0 || word < steps.words[steps.count - 1] {
+                steps.words[steps.count] = word;
+                (steps.count, steps.id) = (steps.count + 1, *id);
+            }
+        }
+        steps
+    }
+
+    /// Draws the row and returns how many fragments passed: those of every step that is nearer than
+    /// the stored depth, of which the last one stays.
+    #[inline(always)]
+    fn draw_row<S: Simd>(&self, s: S, flip: S::I, y: i32, tile: &mut Tile<'_>) -> u64 {
+        let words = &self.words[..self.count];
+        let (Some(&farthest), Some(&nearest)) = (words.first(), words.last()) else { return 0 };
+        let (farthest, nearest, id) = (s.splat_i(farthest), s.splat_i(nearest), s.splat_i(self.id));
+        let (at, depth_at) = (tile.id_at(tile.x0, y), tile.depth_at(tile.x0, y));
+        let width = (tile.x1 - tile.x0) as usize;
+        let row_depth = tile.depth[depth_at..depth_at + width].chunks_exact_mut(S::LANES);
+        let row_ids = tile.ids[at..at + width].chunks_exact_mut(S::LANES);
+        let (mut whole, mut counts) = (0, s.splat_i(0));
+        for (depth, ids) in row_depth.zip(row_ids) {
+            let old = s.load_i(depth) ^ flip;
+            if (!old.gt(farthest)).any() {
+                for &word in words {
+                    counts = s.increment(old.gt(s.splat_i(word)), counts);
+                }
+            } else {
+                whole += S::LANES * self.count;
+            }
+            s.store_i(old.min(nearest) ^ flip, depth);
+            s.store_i(s.select_i(old.gt(nearest), id, s.load_i(ids)), ids);
+        }
+        whole as u64 + sum(s, counts)
+    }
 }

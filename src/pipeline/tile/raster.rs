@@ -30,9 +30,25 @@ fn vector_start<S: Simd, D: DepthTest>(x: i32, tile: &Tile<'_>) -> i32 {
     start.min(tile.x1 - lanes)
 }
 
-/// Draws a tiny face, a row of up to eight pixels at a time; returns how many passed.
+/// Returns the coverage of a tiny face from `across` columns right of its first one on, in rows of
+/// eight bits, where `fresh` is set; at most seven columns left of it.
 #[inline(always)]
-pub(super) fn tiny<S: Simd, D: DepthTest>(s: S, test: &D, face: &Tiny, tile: &mut Tile<'_>) -> u64 {
+fn columns_from(mask: u64, across: i32, fresh: u32) -> u64 {
+    let (left, right) = ((-across).max(0), across.max(0));
+    let row = (((0xff << left) & 0xff) >> right) & fresh & 0xff;
+    ((mask << left) >> right) & (u64::from(row) * 0x0101_0101_0101_0101)
+}
+
+/// Draws a tiny face, a row of up to eight pixels at a time. Adds those that passed to `passed`, by
+/// lane, but for a face of one pixel: returns whether that passed.
+#[inline(always)]
+pub(super) fn tiny<S: Simd, D: DepthTest>(
+    s: S,
+    test: &D,
+    face: &Tiny,
+    tile: &mut Tile<'_>,
+    passed: &mut S::I,
+) -> bool {
     let lanes = S::LANES as i32;
     let (x0, y0) = (face.at[0] as i32, face.at[1] as i32);
     let rows = (tile.y0 - y0).max(0)..(face.size[1] as i32).min(tile.y1 - y0);
@@ -43,29 +59,34 @@ pub(super) fn tiny<S: Simd, D: DepthTest>(s: S, test: &D, face: &Tiny, tile: &mu
         let (row, column) = (bit >> 3, bit & 7);
         let (x, y) = (x0 + column, y0 + row);
         if !rows.contains(&row) || x < tile.x0 || x >= tile.x1 {
-            return 0;
+            return false;
         }
-        return u64::from(test.write_one(tile, (x, y), test.word(&plane, x, y), face.face as i32));
+        return test.write_one(tile, (x, y), test.word(&plane, x, y), face.face as i32);
     }
     let id = s.splat_i(face.face as i32);
-    let mut passed = 0;
     let mut x = x0.max(tile.x0);
     let right = (x0 + face.size[0] as i32).min(tile.x1);
     while x < right {
         let start = vector_start::<S, D>(x, tile);
         let fresh = u32::MAX << (x - start) & (u32::MAX >> (32 - lanes));
+        let narrow = if S::LANES <= 8 { columns_from(face.mask, start - x0, fresh) } else { 0 };
         for row in rows.clone() {
-            // The shift ranges from 7 columns right of the face's first to 15 columns left of it.
-            let bits = (((face.mask >> (8 * row)) & 0xff) << 16 >> (16 + start - x0)) as u32 & fresh;
+            let bits = if S::LANES <= 8 {
+                (narrow >> (8 * row)) as u32 & 0xff
+            } else {
+                // The shift ranges from 7 columns right of the face's first to 15 columns left of it.
+                (((face.mask >> (8 * row)) & 0xff) << 16 >> (16 + start - x0)) as u32 & fresh
+            };
             if D::IS_COSTLY && bits == 0 {
                 continue;
             }
             let word = test.words(s, &plane, start, y0 + row);
-            passed += test.write(s, tile, (start, y0 + row), s.mask(bits), word, id);
+            let passes = test.write(s, tile, (start, y0 + row), s.mask(bits), word, id);
+            *passed = s.increment(passes, *passed);
         }
         x = start + lanes;
     }
-    passed
+    false
 }
 
 /// Draws a face whose edge functions fit i32: a vector of columns at a time, row by row. Returns
@@ -77,7 +98,7 @@ pub(super) fn small<S: Simd, D: DepthTest>(s: S, test: &D, face: &Small, tile: &
     let right = x1.min(tile.x1);
     let id = s.splat_i(face.face as i32);
     let plane = test.plane(face.face, [x0, y0], face.depth);
-    let (mut tested, mut passed) = (0, 0);
+    let (mut tested, mut passed) = (s.splat_i(0), s.splat_i(0));
     let mut x = x0.max(tile.x0);
     while x < right {
         let start = vector_start::<S, D>(x, tile);
@@ -87,11 +108,24 @@ pub(super) fn small<S: Simd, D: DepthTest>(s: S, test: &D, face: &Small, tile: &
             if !covered.any() {
                 continue;
             }
-            tested += covered.bits().count_ones() as u64;
+            tested = s.increment(covered, tested);
             let word = test.words(s, &plane, start, y);
-            passed += test.write(s, tile, (start, y), covered, word, id);
+            let passes = test.write(s, tile, (start, y), covered, word, id);
+            passed = s.increment(passes, passed);
         }
         x = start + S::LANES as i32;
     }
-    (tested, passed)
+    (sum(s, tested), sum(s, passed))
+}
+
+/// Returns the sum of counts by lane.
+#[inline(always)]
+pub(super) fn sum<S: Simd>(s: S, counts: S::I) -> u64 {
+    let mut lanes = [0; 16];
+    s.store_i(counts, &mut lanes[..S::LANES]);
+    let mut sum = 0;
+    for lane in &lanes[..S::LANES] {
+        sum += *lane as u64;
+    }
+    sum
 }

@@ -8,7 +8,7 @@
 //! w_i as linear functions of the pixel. Where f32 lacks the digits (normals that cancel, a light
 //! very near) the plain path shades the pixel in f64.
 
-use super::attribute_fetch::{Few, MOST_FEW};
+use super::attribute_fetch::Few;
 use super::exact_faces::ExactFace;
 use super::face_tables::Faces;
 use super::interpolate::FragmentInputs;
@@ -47,16 +47,15 @@ struct CachedFace<'a, S: Simd> {
 const STRIP: [i32; 2] = [16, 4];
 
 impl Kernel for ResolveKernel<'_, '_, '_> {
-    /// Number of pixels shaded.
-    type Output = u64;
+    type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(mut self, s: S) -> u64 {
-        let mut shaded = 0;
+    fn run<S: Simd>(mut self, s: S) {
         let mut cached = CachedFace { face: NO_FACE, exact_face: None, color: None };
         // Only textured pixels are queued.
         let is_textured = self.faces.shading.bindings.iter().any(|binding| binding.texture.is_some());
         let mut queue = if is_textured { Some(TextureQueue::new(s)) } else { None };
+        let mut few = Few::new(s);
         let (x0, y0) = (self.tile.x0, self.tile.y0);
         let left = x0 + ((self.reach.x0 - x0) & !(STRIP[0] - 1));
         let mut y = y0 + ((self.reach.y0 - y0) & !(STRIP[1] - 1));
@@ -64,21 +63,19 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
             let mut x = left;
             while x < self.reach.x1 {
                 if self.is_full_of(s, &cached, x, y) {
-                    shaded += (STRIP[0] * STRIP[1]) as u64;
                     x += STRIP[0];
                     continue;
                 }
-                let (seen, has_narrow, has_exact) = self.look(s, x, y);
+                let (has_narrow, has_exact) = self.look(s, x, y);
                 if has_narrow {
-                    self.blocks(s, x, y, &mut queue);
+                    self.blocks(s, x, y, &mut few, &mut queue);
                 }
                 if has_exact {
                     self.exact_rows(s, x, y, &mut cached);
                 }
-                if seen > 0 && !self.pick.is_empty() {
+                if (has_narrow | has_exact) && !self.pick.is_empty() {
                     self.keep_ids(x, y);
                 }
-                shaded += seen as u64;
                 x += STRIP[0];
             }
             y += STRIP[1];
@@ -91,29 +88,29 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
         for row in rows {
             self.tile.ids[row * ID_STRIDE..][columns.clone()].fill(NO_FACE);
         }
-        shaded
     }
 }
 
 impl<'a> ResolveKernel<'a, '_, '_> {
-    /// Returns the number of a strip's pixels that show a face, and whether some of those faces
-    /// have screen vertices, and whether some were set up in f64.
+    /// Returns whether some of a strip's pixels show faces that have screen vertices, and whether
+    /// some show faces that were set up in f64.
     #[inline(always)]
-    fn look<S: Simd>(&self, s: S, x: i32, y: i32) -> (u32, bool, bool) {
+    fn look<S: Simd>(&self, s: S, x: i32, y: i32) -> (bool, bool) {
         let at = self.tile.id_at(x, y);
-        let (mut seen, mut exact_face) = (0, 0);
+        let (mut narrow, mut exact_face) = (s.mask(0), s.mask(0));
         let mut row = 0;
         while row < STRIP[1] as usize {
             let mut column = 0;
             while column < STRIP[0] as usize {
                 let ids = s.load_i(&self.tile.ids[at + row * ID_STRIDE + column..]);
-                seen += ids.gt(s.splat_i(NO_FACE)).bits().count_ones();
-                exact_face += ids.gt(s.splat_i(EXACT_FACE_BIT - 1)).bits().count_ones();
+                let is_exact = ids.gt(s.splat_i(EXACT_FACE_BIT - 1));
+                narrow = narrow | (ids.gt(s.splat_i(NO_FACE)) & !is_exact);
+                exact_face = exact_face | is_exact;
                 column += S::LANES;
             }
             row += 1;
         }
-        (seen, exact_face < seen, exact_face > 0)
+        (narrow.any(), exact_face.any())
     }
 
     /// Returns whether a whole strip shows the cached face and the face has one colour; the strip
@@ -155,13 +152,20 @@ impl<'a> ResolveKernel<'a, '_, '_> {
 
     /// Shades a strip's pixels whose faces have screen vertices, a block of four columns at a time.
     #[inline(always)]
-    fn blocks<S: Simd>(&mut self, s: S, x: i32, y: i32, queue: &mut Option<TextureQueue<S>>) {
+    fn blocks<S: Simd>(
+        &mut self,
+        s: S,
+        x: i32,
+        y: i32,
+        few: &mut Few<S>,
+        queue: &mut Option<TextureQueue<S>>,
+    ) {
         let height = S::LANES as i32 / 4;
         let mut row = y;
         while row < y + STRIP[1] {
             let mut column = x;
             while column < (x + STRIP[0]).min(self.tile.x1) {
-                self.block(s, column.min(self.tile.x1 - 4), row, queue);
+                self.block(s, column.min(self.tile.x1 - 4), row, few, queue);
                 column += 4;
             }
             row += height;
@@ -170,7 +174,14 @@ impl<'a> ResolveKernel<'a, '_, '_> {
 
     /// Shades the pixels of one block whose faces have screen vertices.
     #[inline(always)]
-    fn block<S: Simd>(&mut self, s: S, x: i32, y: i32, queue: &mut Option<TextureQueue<S>>) {
+    fn block<S: Simd>(
+        &mut self,
+        s: S,
+        x: i32,
+        y: i32,
+        few: &mut Few<S>,
+        queue: &mut Option<TextureQueue<S>>,
+    ) {
         let ids = s.load_block(&self.tile.ids[self.tile.id_at(x, y)..], ID_STRIDE);
         let narrow = ids.gt(s.splat_i(NO_FACE)) & s.splat_i(EXACT_FACE_BIT).gt(ids);
         if !narrow.any() {
@@ -187,8 +198,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             s.store_block_bytes(narrow, color, &mut self.bytes[first * 4..], self.tile.width);
             return;
         }
-        let mut few = Few { count: 0, pixels: [narrow; MOST_FEW], vertices: [[0; 3]; MOST_FEW] };
-        let (inputs, bindings) = self.faces.fragment_inputs(s, narrow, ids, at, &mut few);
+        let (inputs, bindings) = self.faces.fragment_inputs(s, narrow, ids, at, few);
         // One material after the other; most blocks show one.
         let is_only = self.faces.shading.bindings.len() == 1;
         let mut numbers = [0; 16];

@@ -293,7 +293,7 @@ impl TileRow<'_> {
         }
         clear_pending(buffers.pick_clear, column, &columns, (buffers.pick, width), NOT_PICKED);
         let [left, top, right, bottom] = reach.map(i32::from);
-        self.draw.level.dispatch(ResolveKernel {
+        self.draw.level.dispatch_long(ResolveKernel {
             faces: self.faces,
             reach: PixelRect { x0: left.max(x0), y0: top.max(y0), x1: right.min(x1), y1: bottom.min(y1) },
             tile: &mut tile,

@@ -145,6 +145,7 @@ impl<D: DepthTest> RasterKernel<'_, '_, D> {
             }
             at.fragments = fragments;
         }
+        let mut passed = s.splat_i(0);
         let until = next.map_or(bin.tiny.len(), |l| l.tiny_before as usize);
         for words in &bin.tiny[at.tiny..until] {
             let face = &Tiny::of(*words);
@@ -153,8 +154,9 @@ impl<D: DepthTest> RasterKernel<'_, '_, D> {
                 continue;
             }
             prefetch::for_read(self.corners, face.face as usize);
-            done.passed += raster::tiny(s, &self.test, face, self.tile);
+            done.passed += u64::from(raster::tiny(s, &self.test, face, self.tile, &mut passed));
         }
+        done.passed += raster::sum(s, passed);
         (at.larger, at.tiny) = (at.larger + 1, until);
         occlusion.has_passed(s, self.tile, done.passed);
     }

@@ -43,11 +43,11 @@ impl F32<Avx2> for F {
     }
     #[inline(always)]
     fn lt(self, other: Self) -> M {
-        registers!(self => M(castps_si(_mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0))))
+        registers!(self => M(cmp_ps::<_CMP_LT_OQ>(self.0, other.0)))
     }
     #[inline(always)]
     fn le(self, other: Self) -> M {
-        registers!(self => M(castps_si(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0))))
+        registers!(self => M(cmp_ps::<_CMP_LE_OQ>(self.0, other.0)))
     }
 }
 

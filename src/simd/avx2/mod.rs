@@ -4,6 +4,7 @@ mod instructions;
 mod lanes;
 mod records;
 
+use super::pair::Paired;
 use super::spill::Spill;
 use super::x86::{Evidence, record_methods, registers, whole_vector_methods};
 use super::{F32, Kernel, Mask, Simd};
@@ -12,20 +13,29 @@ use lanes::{F, I, M};
 use records::{COMPRESS, check, index_or_0, packed, pixel_pairs, repeats, rows_of_four, transposed, upwards};
 use std::arch::x86_64::*;
 
-/// Token of the level; only [`run`] creates it.
+/// Token of the level; only [`run`] and [`run_paired`] create it.
 #[derive(Clone, Copy, Debug)]
 pub struct Avx2(());
 
-// SAFETY: only `run` makes the token, and its callers make sure of the features.
+// SAFETY: only `run` and `run_paired` make the token, and their callers make sure of the features.
 unsafe impl Evidence for Avx2 {}
 
 /// Runs a kernel compiled for AVX2.
 ///
 /// # Safety
-/// The CPU must have AVX2.
-#[target_feature(enable = "avx2,popcnt")]
+/// The CPU must have these features.
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
 pub unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
     kernel.run(Avx2(()))
+}
+
+/// Runs a kernel compiled for AVX2, over pairs of its vectors.
+///
+/// # Safety
+/// The CPU must have these features.
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+pub unsafe fn run_paired<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run(Paired(Avx2(())))
 }
 
 impl Simd for Avx2 {
@@ -85,8 +95,13 @@ impl Simd for Avx2 {
                 // SAFETY: the contract of `Evidence`; the slice holds 16 bytes, and x86 is
                 // little-endian.
                 unsafe {
-                    let old = _mm_loadu_si128(row.as_ptr().cast());
-                    _mm_storeu_si128(row.as_mut_ptr().cast(), _mm_blendv_epi8(old, rows[r], masks[r]))
+                    // A whole row does not wait for what it replaces.
+                    if bits >> (4 * r) & 15 == 15 {
+                        _mm_storeu_si128(row.as_mut_ptr().cast(), rows[r]);
+                    } else {
+                        let old = _mm_loadu_si128(row.as_ptr().cast());
+                        _mm_storeu_si128(row.as_mut_ptr().cast(), _mm_blendv_epi8(old, rows[r], masks[r]));
+                    }
                 }
             }
             r += 1;
@@ -166,6 +181,10 @@ impl Simd for Avx2 {
             let lane = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
             M(_mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(bits as i32), lane), lane))
         })
+    }
+    #[inline(always)]
+    fn increment(self, mask: M, counts: I) -> I {
+        registers!(self => I(sub_epi32(counts.0, mask.0)))
     }
     #[inline(always)]
     fn select(self, mask: M, a: F, b: F) -> F {

@@ -28,13 +28,22 @@ pub(super) static COMPRESS: [[i32; 8]; 256] = {
 /// Panics unless every set lane of `index`, read as unsigned, is below `len`.
 #[inline(always)]
 pub(super) fn check(mask: M, index: I, len: usize) {
-    let len = len.min(i32::MAX as usize) as i32;
-    // Unsigned a <= b is min(a, b) == a.
-    let inside = registers!(index => {
-        let below = _mm256_min_epu32(index.0, set1_epi32(len - 1));
-        M(cmpeq_epi32(below, index.0))
+    let most = len.min(i32::MAX as usize) as i32 - 1;
+    // Unsigned a <= b is min(a, b) == a; of an empty slice every lane is.
+    let is_inside = registers!(index => {
+        let index = index_or_0(mask, index);
+        let inside = _mm256_cmpeq_epi32(_mm256_min_epu32(index, set1_epi32(most)), index);
+        _mm256_movemask_ps(castsi_ps(inside)) == 0xff
     });
-    assert!(len > 0 && !(mask & !inside).any() || !mask.any(), "gathered index outside the slice's {len}");
+    if !is_inside || (len == 0 && mask.any()) {
+        outside(len);
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn outside(len: usize) -> ! {
+    panic!("gathered index outside the slice's {len}");
 }
 
 /// Returns the index of each set lane, 0 in the others.
@@ -51,6 +60,13 @@ pub(super) fn packed(v: I, order: I, kept: I) -> I {
     registers!(v => I(and_si(_mm256_permutevar8x32_epi32(v.0, order.0), kept.0)))
 }
 
+/// Returns lanes 2 k and 2 k + 1, by a load each: CPUs without wider vectors have more loads to spare
+/// than other operations.
+#[inline(always)]
+fn lanes(at: &Spill<8>, k: usize) -> [usize; 2] {
+    [at.lane(2 * k), at.lane(2 * k + 1)]
+}
+
 /// Loads pixel pairs: half q holds those at the indices of lanes 4 q + 2 k and 4 q + 2 k + 1.
 ///
 /// # Safety
@@ -59,8 +75,8 @@ pub(super) fn packed(v: I, order: I, kept: I) -> I {
 pub(super) unsafe fn pixel_pairs(from: &[u8], at: &Spill<8>, k: usize) -> Floats {
     // SAFETY: as promised by the caller.
     unsafe {
-        let v = _mm256_castps128_ps256(two_pairs(from, at.pair(k)));
-        _mm256_insertf128_ps::<1>(v, two_pairs(from, at.pair(k + 2)))
+        let v = _mm256_castps128_ps256(two_pairs(from, lanes(at, k)));
+        _mm256_insertf128_ps::<1>(v, two_pairs(from, lanes(at, k + 2)))
     }
 }
 
@@ -69,9 +85,9 @@ pub(super) unsafe fn pixel_pairs(from: &[u8], at: &Spill<8>, k: usize) -> Floats
 /// # Safety
 /// That of [`transposed`].
 #[inline(always)]
-unsafe fn two_rows<const STRIDE: usize>(from: *const u8, at: &Spill<8>, k: usize) -> [Floats; 2] {
+unsafe fn two_rows(from: *const u8, at: &Spill<8>, k: usize) -> [Floats; 2] {
     // SAFETY: as promised by the caller.
-    unsafe { rows_of_two::<STRIDE>(from, at.pair(k), at.pair(k + 2)) }
+    unsafe { rows_of_two(from, lanes(at, k), lanes(at, k + 2)) }
 }
 
 /// Moves the lower half to the upper one, over zeros.
@@ -94,6 +110,6 @@ pub(super) unsafe fn repeats<const END: i32>(v: Ints, [numbers, set]: [[Ints; 2]
     // SAFETY: as promised by the caller; no memory is accessed.
     unsafe {
         let other = _mm256_alignr_epi8::<END>(numbers[0], numbers[1]);
-        and_si(cmpeq_epi32(v, other), _mm256_alignr_epi8::<END>(set[0], set[1]))
+        and_si(_mm256_cmpeq_epi32(v, other), _mm256_alignr_epi8::<END>(set[0], set[1]))
     }
 }

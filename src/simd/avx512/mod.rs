@@ -150,6 +150,10 @@ impl Simd for Avx512 {
         M(bits as u16)
     }
     #[inline(always)]
+    fn increment(self, mask: M, counts: I) -> I {
+        registers!(self => I(_mm512_mask_add_epi32(counts.0, mask.0, counts.0, set1_epi32(1))))
+    }
+    #[inline(always)]
     fn select(self, mask: M, a: F, b: F) -> F {
         registers!(self => F(_mm512_mask_blend_ps(mask.0, b.0, a.0)))
     }

@@ -43,11 +43,11 @@ pub(super) unsafe fn pixel_pairs(from: &[u8], at: &Spill<16>, k: usize) -> Float
 /// # Safety
 /// That of [`transposed`].
 #[inline(always)]
-unsafe fn two_rows<const STRIDE: usize>(from: *const u8, at: &Spill<16>, k: usize) -> [Floats; 2] {
+unsafe fn two_rows(from: *const u8, at: &Spill<16>, k: usize) -> [Floats; 2] {
     // SAFETY: as promised by the caller.
     unsafe {
-        let [a, b] = rows_of_two::<STRIDE>(from, at.pair(k), at.pair(k + 2));
-        let [c, d] = rows_of_two::<STRIDE>(from, at.pair(k + 4), at.pair(k + 6));
+        let [a, b] = rows_of_two(from, at.pair(k), at.pair(k + 2));
+        let [c, d] = rows_of_two(from, at.pair(k + 4), at.pair(k + 6));
         [
             _mm512_insertf32x8::<1>(_mm512_castps256_ps512(a), c),
             _mm512_insertf32x8::<1>(_mm512_castps256_ps512(b), d),

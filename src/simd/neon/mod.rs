@@ -141,6 +141,10 @@ impl Simd for Neon {
         registers!(M(vtstq_u32(vdupq_n_u32(bits), lane_bits())))
     }
     #[inline(always)]
+    fn increment(self, mask: M, counts: I) -> I {
+        registers!(I(vsubq_s32(counts.0, vreinterpretq_s32_u32(mask.0))))
+    }
+    #[inline(always)]
     fn select(self, mask: M, a: F, b: F) -> F {
         registers!(F(vbslq_f32(mask.0, a.0, b.0)))
     }
