@@ -1,9 +1,11 @@
-//! Benchmarks of the 2-D functions on one thread, each beside the plainest loop or copy with the
-//! same effect; the pictures are compared.
+//! Benchmarks of the 2-D functions, each beside the plainest loop or copy with the same effect; the
+//! pictures are compared. All run on one thread, packed points on two as well.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use fbptr::draw2d::{self, AreaColors, Blend, Line, RampColor, Rect};
+use fbptr::executor::Executor;
 use fbptr::memory::{Rgba, VideoMemory};
+use fbptr::server::worker_pool;
 use std::hint::black_box;
 
 const W: u32 = 1920;
@@ -117,6 +119,37 @@ fn pixels(c: &mut Criterion) {
     group.finish();
 }
 
+fn points(c: &mut Criterion) {
+    const N: usize = 1_000_000;
+    let record = |[x, y]: [i32; 2]| {
+        let [[x0, x1], [y0, y1]] = [x, y].map(|v| (v as u16).to_le_bytes());
+        [x0, x1, y0, y1, x as u8, y as u8, 7, 255]
+    };
+    let packed: Vec<u8> = ends(N / 2, false).into_iter().flatten().flat_map(record).collect();
+    let mut raw = frame();
+    let store = |m: &mut VideoMemory| {
+        let pixels: &mut [Rgba] = m.bytes_mut().as_chunks_mut().0;
+        for &[a, b, c, d, ref color @ ..] in packed.as_chunks::<8>().0 {
+            let [x, y] = [[a, b], [c, d]].map(|v| usize::from(u16::from_le_bytes(v)));
+            pixels[y * W as usize + x] = *color;
+        }
+    };
+    store(&mut raw);
+    let mut group = c.benchmark_group("packed points at random");
+    group.throughput(Throughput::Elements(N as u64));
+    for threads in [1, 2] {
+        let (executor, mut ours) = (Executor::of_pool(worker_pool(Some(threads))), frame());
+        let draw = |m: &mut VideoMemory| {
+            draw2d::points_on(&executor, m, &packed, Blend::Replace).expect("whole records");
+        };
+        draw(&mut ours);
+        assert!(ours.bytes() == raw.bytes(), "the pictures differ: no time is worth printing");
+        group.bench_function(format!("draw2d, {threads} threads"), |b| b.iter(|| draw(black_box(&mut ours))));
+    }
+    group.bench_function("raw store", |b| b.iter(|| store(black_box(&mut raw))));
+    group.finish();
+}
+
 fn areas(c: &mut Criterion) {
     let whole = Rect { x: 0, y: 0, w: W as i32, h: H as i32 };
     let part = Rect { x: 100, y: 100, w: 1700, h: 900 };
@@ -178,5 +211,5 @@ fn figures(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, lines, pixels, areas, figures);
+criterion_group!(benches, lines, pixels, points, areas, figures);
 criterion_main!(benches);

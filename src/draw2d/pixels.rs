@@ -5,9 +5,7 @@ use super::{Blend, DrawError, over, pixels_mut};
 use crate::executor::Executor;
 use crate::memory::{Rgba, VideoMemory};
 use crate::simd::prefetch::ForWrite;
-use std::hint::select_unpredictable;
-use std::ops::Range;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 /// Draws pixel (x, y). Does nothing if it is outside the frame.
 #[doc(alias = "putPixel")]
@@ -34,15 +32,15 @@ fn compose_pixel(memory: &mut VideoMemory, x: i32, y: i32, color: Rgba) {
 }
 
 /// Draws the pixels of a `POINTS` payload: records of 8 bytes, x:u16le y:u16le r g b a, in order.
+/// Returns the number of pixels inside the frame.
 ///
 /// Pixels outside the frame are skipped. A list that ends within a record is an error, and nothing
 /// is drawn.
-pub fn points(memory: &mut VideoMemory, packed: &[u8], blend: Blend) -> Result<(), DrawError> {
+pub fn points(memory: &mut VideoMemory, packed: &[u8], blend: Blend) -> Result<u64, DrawError> {
     let (records, []) = packed.as_chunks::<8>() else {
         return Err(DrawError::BrokenRecord { record: 8, found: packed.len() as u64 });
     };
-    list(memory, records, |&[a, b, c, d, color @ ..]| (xy([a, b, c, d]), color), blend);
-    Ok(())
+    Ok(list(memory, records, read_point, blend))
 }
 
 /// Draws the pixels of a `POINTS` payload as [`points`] does, on all threads of `executor` if there
@@ -55,62 +53,121 @@ pub fn points_on(
     memory: &mut VideoMemory,
     packed: &[u8],
     blend: Blend,
-) -> Result<(), DrawError> {
+) -> Result<u64, DrawError> {
     let (records, broken) = packed.as_chunks::<8>();
     let (width, height) = (memory.width(), memory.height());
     let bands = executor.threads().clamp(1, height as usize);
     if bands == 1 || records.len() < FEW_POINTS || !broken.is_empty() || memory.is_clipped() {
         return points(memory, packed, blend);
     }
+    let is_far = memory.bytes().len() > NEAR_BYTES;
     let band_rows = height.div_ceil(bands as u32);
     let (low, high) = (AtomicU32::new(u32::MAX), AtomicU32::new(0));
+    let count = AtomicU64::new(0);
     executor.chunks(pixels_mut(memory), band_rows as usize * width as usize, |i, pixels| {
         let top = i as u32 * band_rows;
-        let rows = points_of_band(pixels, top..(top + band_rows).min(height), width, records, blend);
-        low.fetch_min(rows.start, Ordering::Relaxed);
-        high.fetch_max(rows.end, Ordering::Relaxed);
+        let mut band = PointBand { top, width, rows: band_rows.min(height - top), lit: Lit::NONE };
+        match is_far {
+            true => band.draw::<true>(pixels, records, blend),
+            false => band.draw::<false>(pixels, records, blend),
+        }
+        low.fetch_min(band.lit.low, Ordering::Relaxed);
+        high.fetch_max(band.lit.high, Ordering::Relaxed);
+        count.fetch_add(band.lit.count, Ordering::Relaxed);
     });
     memory.mark_rows(low.into_inner()..high.into_inner());
-    Ok(())
+    Ok(count.into_inner())
 }
 
 /// Number of points below which one thread is done before another is awake.
 const FEW_POINTS: usize = 30_000;
-/// Number of records filtered at once; the matching ones stay in the L1 cache.
+/// Number of records filtered at once, a power of two; the matching ones stay in the L1 cache.
 const BLOCK: usize = 256;
 
-/// Draws the records that fall into `rows`, whose pixels are `pixels`. Returns the rows that were
-/// written.
-fn points_of_band(
-    pixels: &mut [Rgba],
-    rows: Range<u32>,
+/// Pixels that were drawn: their rows and their number.
+struct Lit {
+    low: u32,
+    high: u32,
+    count: u64,
+}
+
+impl Lit {
+    const NONE: Lit = Lit { low: u32::MAX, high: 0, count: 0 };
+
+    #[inline(always)]
+    fn add(&mut self, y: u32) {
+        (self.low, self.high, self.count) = (self.low.min(y), self.high.max(y + 1), self.count + 1);
+    }
+}
+
+/// A band of rows of the frame, drawn by one thread.
+struct PointBand {
+    top: u32,
+    rows: u32,
     width: u32,
-    records: &[[u8; 8]],
-    blend: Blend,
-) -> Range<u32> {
-    let (mut low, mut high) = (u32::MAX, 0);
-    for block in records.chunks(BLOCK) {
-        let mut here = [(0u32, [0u8; 4]); BLOCK];
-        let mut count = 0;
-        // Membership in the band is close to random, so it is computed without a branch.
-        for &[a, b, c, d, color @ ..] in block {
-            let (x, y) = xy([a, b, c, d]);
-            let below = y.wrapping_sub(rows.start);
-            if let Some(place) = here.get_mut(count) {
-                *place = (below.wrapping_mul(width).wrapping_add(x), color);
+    lit: Lit,
+}
+
+impl PointBand {
+    /// Draws the records that fall into the band, whose pixels are `pixels`; with `IS_FAR`, cache
+    /// lines are prefetched one block before they are written.
+    fn draw<const IS_FAR: bool>(&mut self, pixels: &mut [Rgba], records: &[[u8; 8]], blend: Blend) {
+        let soon = ForWrite::new();
+        let (mut here, mut earlier) = ([[0; 8]; BLOCK], [[0; 8]; BLOCK]);
+        let mut waiting = 0;
+        for block in records.chunks(BLOCK) {
+            let count = self.filter(block, &mut here);
+            if IS_FAR {
+                // Outside the frame this is the address of another pixel or of none.
+                here[..count].iter().for_each(|record| soon.record(pixels, self.place(record).0));
             }
-            let is_here = (x < width) & (below < rows.end - rows.start);
-            count += usize::from(is_here);
-            low = select_unpredictable(is_here & (y < low), y, low);
-            high = select_unpredictable(is_here & (y >= high), y + 1, high);
+            self.store(pixels, &earlier[..waiting], blend);
+            (here, earlier, waiting) = (earlier, here, count);
         }
-        for &(at, color) in &here[..count] {
-            if let Some(pixel) = pixels.get_mut(at as usize) {
+        self.store(pixels, &earlier[..waiting], blend);
+    }
+
+    /// Copies the records whose rows are in the band to `here`, in order, and returns their number.
+    /// Membership is close to random, so it is computed without a branch.
+    #[inline(always)]
+    fn filter(&self, block: &[[u8; 8]], here: &mut [[u8; 8]; BLOCK]) -> usize {
+        let mut count = 0;
+        for record in block {
+            here[count % BLOCK] = *record;
+            let y = u32::from(u16::from_le_bytes([record[2], record[3]]));
+            count += usize::from(y.wrapping_sub(self.top) < self.rows);
+        }
+        count
+    }
+
+    /// Returns the place of a record among the band's pixels, and its column.
+    #[inline(always)]
+    fn place(&self, record: &[u8; 8]) -> (usize, u32) {
+        let ((x, y), _) = read_point(record);
+        ((y.wrapping_sub(self.top) as usize).wrapping_mul(self.width as usize).wrapping_add(x as usize), x)
+    }
+
+    /// Draws records whose rows are in the band.
+    #[inline(always)]
+    fn store(&mut self, pixels: &mut [Rgba], records: &[[u8; 8]], blend: Blend) {
+        for record in records {
+            let (at, x) = self.place(record);
+            let ((_, y), color) = read_point(record);
+            // Always `Some` for a column of the frame.
+            if x < self.width
+                && let Some(pixel) = pixels.get_mut(at)
+            {
                 *pixel = if blend == Blend::Replace { color } else { over(color, *pixel) };
+                self.lit.add(y);
             }
         }
     }
-    low..high
+}
+
+/// Reads a record of `POINTS`.
+#[inline(always)]
+fn read_point(&[a, b, c, d, color @ ..]: &[u8; 8]) -> ((u32, u32), Rgba) {
+    (xy([a, b, c, d]), color)
 }
 
 /// Draws the pixels of complete binary `PB` records: 10 bytes, `PB` x:u16le y:u16le r g b a, in
@@ -127,8 +184,8 @@ pub fn binary_pixels(memory: &mut VideoMemory, records: &[u8], blend: Blend) -> 
 pub fn moved_points(memory: &mut VideoMemory, records: &[[u8; 8]], offset: [i32; 2], blend: Blend) -> u64 {
     // A coordinate below 0 wraps to one far beyond the frame: no frame is 2^31 pixels wide or high.
     let [dx, dy] = offset.map(|d| d as u32);
-    let moved = |&[a, b, c, d, color @ ..]: &[u8; 8]| {
-        let (x, y) = xy([a, b, c, d]);
+    let moved = |record: &[u8; 8]| {
+        let ((x, y), color) = read_point(record);
         ((x.wrapping_add(dx), y.wrapping_add(dy)), color)
     };
     list(memory, records, moved, blend)
@@ -224,7 +281,7 @@ fn list_of<R, const IS_FAR: bool>(
     if IS_FAR {
         records.iter().take(AHEAD).for_each(|record| ask_for(pixels, record));
     }
-    let (mut low, mut high, mut lit) = (u32::MAX, 0, 0);
+    let mut lit = Lit::NONE;
     for (i, record) in records.iter().enumerate() {
         if IS_FAR && let Some(later) = records.get(i + AHEAD) {
             ask_for(pixels, later);
@@ -235,11 +292,11 @@ fn list_of<R, const IS_FAR: bool>(
             if let Some(pixel) = pixels.get_mut(width as usize * y as usize + x as usize) {
                 *pixel = if blend == Blend::Replace { color } else { over(color, *pixel) };
             }
-            (low, high, lit) = (low.min(y), high.max(y + 1), lit + 1);
+            lit.add(y);
         }
     }
-    memory.mark_rows(low..high);
-    lit
+    memory.mark_rows(lit.low..lit.high);
+    lit.count
 }
 
 #[cfg(test)]

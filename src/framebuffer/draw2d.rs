@@ -68,7 +68,7 @@ impl Framebuffer {
     /// # Errors
     /// If the bytes end within a pixel.
     pub fn points(&mut self, packed: &[u8]) -> Result<(), DrawError> {
-        draw2d::points(&mut self.memory, packed, Blend::Replace)
+        draw2d::points(&mut self.memory, packed, Blend::Replace).map(drop)
     }
 
     /// Stores a run of RGBA pixels from (x, y) on, over the ends of rows, as `PXMULTI` does.

@@ -232,16 +232,9 @@ impl Engine {
 
     pub(super) fn points(&mut self, s: &mut Session, packed: impl AsRef<[u8]>) -> Result<(), Fault> {
         let packed = packed.as_ref();
-        draw2d::points_on(&self.executor(), &mut self.framebuffer.memory, packed, Blend::Replace)?;
-        let [columns, rows] = self.framebuffer.memory.clip();
-        let records = packed.as_chunks::<8>().0;
-        let is_inside = |r: &&[u8; 8]| {
-            let at = |i: usize| u32::from(u16::from_le_bytes([r[i], r[i + 1]]));
-            columns.contains(&at(0)) && rows.contains(&at(2))
-        };
-        let stored = records.iter().filter(is_inside).count();
-        s.stats.pixels += stored as u64;
-        s.stats.clipped += (records.len() - stored) as u64;
+        let stored =
+            draw2d::points_on(&self.executor(), &mut self.framebuffer.memory, packed, Blend::Replace)?;
+        s.count_pixels(packed.len() / 8, stored);
         Ok(())
     }
 
