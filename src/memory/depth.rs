@@ -11,6 +11,9 @@
 //! a cell is first written. Reads always return the cleared value.
 
 use super::aligned::Aligned;
+use super::pending_clear::PendingClear;
+#[cfg(test)]
+use super::pending_clear::cell_columns;
 use std::ops::Range;
 
 /// Format of stored depths.
@@ -86,23 +89,7 @@ pub struct DepthMemory {
     height: u32,
     format: DepthFormat,
     words: Words,
-    /// One bit per cell of each row, set while the cell's clear is pending; empty if clears are
-    /// immediate.
-    pending_clear: Vec<u128>,
-    /// Set while some bit of `pending_clear` may be set.
-    has_pending_clear: bool,
-}
-
-/// Columns of a cell; the last cell of a row extends to the row's end.
-pub(crate) const DEPTH_CELL: usize = 128;
-
-/// Returns the columns of cell number `cell` of a row.
-fn cell_columns(cell: usize, width: usize) -> std::ops::Range<usize> {
-    cell * DEPTH_CELL..if cell + 1 == cells_in(width) { width } else { (cell + 1) * DEPTH_CELL }
-}
-
-fn cells_in(width: usize) -> usize {
-    (width / DEPTH_CELL).max(1)
+    pending_clear: PendingClear,
 }
 
 /// Words of a depth memory with the pending clears of its cells. Whoever writes a cell must clear
@@ -190,9 +177,7 @@ impl DepthMemory {
             DepthFormat::U16 => Words::Narrow(Aligned::new(len, far as u16).expect(room)),
             _ => Words::Wide(Aligned::new(len, far as i32).expect(room)),
         };
-        let is_lazy = matches!(words, Words::Wide(_)) && cells_in(width as usize) <= u128::BITS as usize;
-        let pending_clear = vec![0; if is_lazy { height as usize } else { 0 }];
-        DepthMemory { width, height, format, words, pending_clear, has_pending_clear: false }
+        DepthMemory { width, height, format, words, pending_clear: PendingClear::new(width, height) }
     }
 
     /// Returns the width in pixels.
@@ -220,11 +205,8 @@ impl DepthMemory {
         let far = self.format.encode(1.0, 0.0);
         match &mut self.words {
             Words::Narrow(w) => w.fill(far as u16),
-            Words::Wide(w) if self.pending_clear.is_empty() => w.fill(far as i32),
-            Words::Wide(_) => {
-                self.pending_clear.fill(u128::MAX);
-                self.has_pending_clear = true;
-            }
+            Words::Wide(_) if self.pending_clear.add_all() => {}
+            Words::Wide(w) => w.fill(far as i32),
         }
     }
 
@@ -244,29 +226,12 @@ impl DepthMemory {
         }
     }
 
-    /// Returns whether the clear of a pixel's word is pending.
-    fn is_pending_clear(&self, index: usize) -> bool {
-        let (row, column) = (index / self.width as usize, index % self.width as usize);
-        let cell = (column / DEPTH_CELL).min(cells_in(self.width as usize) - 1);
-        self.pending_clear[row] >> cell & 1 == 1
-    }
-
     /// Stores the words of all pending clears.
     fn finish_clears(&mut self) {
-        let (far, width) = (self.format.encode(1.0, 0.0) as i32, self.width as usize);
-        if let (true, Words::Wide(words)) = (self.has_pending_clear, &mut self.words) {
-            let all = u128::MAX;
-            for (row, pending_clear) in words.chunks_exact_mut(width).zip(&mut self.pending_clear) {
-                match std::mem::take(pending_clear) {
-                    0 => {}
-                    bits if bits == all => row.fill(far),
-                    bits => (0..cells_in(width))
-                        .filter(|cell| bits >> cell & 1 == 1)
-                        .for_each(|cell| row[cell_columns(cell, width)].fill(far)),
-                }
-            }
+        let far = self.format.encode(1.0, 0.0) as i32;
+        if let Words::Wide(words) = &mut self.words {
+            self.pending_clear.take(|pixels| words[pixels].fill(far));
         }
-        self.has_pending_clear = false;
     }
 
     /// Returns the stored word of pixel number `index` (= width * y + x); smaller is nearer.
@@ -275,7 +240,7 @@ impl DepthMemory {
     /// If `index` is not a pixel of this memory.
     #[inline]
     pub fn word(&self, index: usize) -> u32 {
-        if self.has_pending_clear && self.is_pending_clear(index) {
+        if self.pending_clear.contains(index) {
             return self.format.encode(1.0, 0.0);
         }
         match &self.words {
@@ -309,8 +274,7 @@ impl DepthMemory {
     /// Returns all stored words with their pending clears.
     pub(crate) fn cells_mut(&mut self) -> DepthCells<'_> {
         let far = self.format.encode(1.0, 0.0) as i32;
-        let pending_clear: &mut [u128] =
-            if self.has_pending_clear { &mut self.pending_clear } else { &mut [] };
+        let pending_clear = self.pending_clear.rows_mut();
         match &mut self.words {
             Words::Narrow(narrow) => DepthCells { words: &mut [], narrow, pending_clear, far },
             Words::Wide(words) => DepthCells { words, narrow: &mut [], pending_clear, far },

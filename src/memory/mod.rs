@@ -15,6 +15,7 @@ mod depth;
 #[cfg(fbptr_preload)]
 mod device;
 mod fbptr;
+mod pending_clear;
 mod pick_buffer;
 #[cfg(feature = "server")]
 mod shared;
@@ -25,12 +26,14 @@ pub(crate) use color::read_hex;
 pub use color::{parse_color, parse_light_color};
 pub use compositing::over;
 pub(crate) use compositing::{blend, opaque};
-pub(crate) use depth::{DEPTH_CELL, DepthCells};
+pub(crate) use depth::DepthCells;
 pub use depth::{DepthFormat, DepthMemory, DepthWords};
 #[cfg(fbptr_preload)]
 pub(crate) use device::DeviceMemory;
 pub use fbptr::FbPtr;
+pub(crate) use pending_clear::CELL as CLEAR_CELL;
 pub use pick_buffer::PickBuffer;
+pub(crate) use pick_buffer::{NO_FACE as NOT_PICKED, PickCells};
 #[cfg(feature = "server")]
 pub use shared::{SHARED_HEADER_BYTES, SHARED_MAGIC, SharedError, SharedFile};
 pub use video::{MAX_SIDE, MemoryError, Rgba, VideoMemory};

@@ -1,8 +1,12 @@
 //! Pick buffer: the face that last wrote the depth of each pixel. Allocated only when PICK asks for
 //! it.
+//!
+//! Clears are deferred, as those of depths are.
+
+use super::pending_clear::PendingClear;
 
 /// Marks a pixel where no face has written depth.
-const NO_FACE: [u32; 2] = [u32::MAX; 2];
+pub(crate) const NO_FACE: [u32; 2] = [u32::MAX; 2];
 
 /// Name number (see `DrawCall::name`) and triangle number of the face at each pixel.
 #[derive(Clone, Debug)]
@@ -10,12 +14,23 @@ pub struct PickBuffer {
     width: u32,
     height: u32,
     ids: Vec<[u32; 2]>,
+    pending_clear: PendingClear,
+}
+
+/// Faces with the pending clears of their cells. Whoever writes a cell must clear it first.
+#[derive(Debug)]
+pub(crate) struct PickCells<'a> {
+    /// Name and triangle of every pixel, row by row.
+    pub ids: &'a mut [[u32; 2]],
+    /// One bit per cell of each row, leftmost cell in bit 0; empty if no clear is pending.
+    pub pending_clear: &'a mut [u128],
 }
 
 impl PickBuffer {
     /// Creates a pick buffer of `width` x `height` pixels without any face.
     pub fn new(width: u32, height: u32) -> Self {
-        PickBuffer { width, height, ids: vec![NO_FACE; width as usize * height as usize] }
+        let ids = vec![NO_FACE; width as usize * height as usize];
+        PickBuffer { width, height, ids, pending_clear: PendingClear::new(width, height) }
     }
 
     /// Returns the width in pixels.
@@ -35,11 +50,19 @@ impl PickBuffer {
 
     /// Removes every face.
     pub fn clear(&mut self) {
-        self.ids.fill(NO_FACE);
+        if !self.pending_clear.add_all() {
+            self.ids.fill(NO_FACE);
+        }
+    }
+
+    /// Stores all pending clears.
+    fn finish_clears(&mut self) {
+        self.pending_clear.take(|pixels| self.ids[pixels].fill(NO_FACE));
     }
 
     /// Forgets the faces of these columns and rows; those beyond the frame are ignored.
     pub fn clear_within(&mut self, columns: &std::ops::Range<u32>, rows: &std::ops::Range<u32>) {
+        self.finish_clears();
         let end = columns.end.min(self.width) as usize;
         let columns = (columns.start as usize).min(end)..end;
         for row in rows.start..rows.end.min(self.height) {
@@ -55,13 +78,20 @@ impl PickBuffer {
         if !inside {
             return None;
         }
-        let id = self.ids[self.width as usize * y as usize + x as usize];
-        (id != NO_FACE).then_some((id[0], id[1]))
+        let index = self.width as usize * y as usize + x as usize;
+        let id = self.ids[index];
+        (id != NO_FACE && !self.pending_clear.contains(index)).then_some((id[0], id[1]))
     }
 
     /// Returns name and triangle of every pixel for writing, row 0 first.
     pub fn ids_mut(&mut self) -> &mut [[u32; 2]] {
+        self.finish_clears();
         &mut self.ids
+    }
+
+    /// Returns all faces with their pending clears.
+    pub(crate) fn cells_mut(&mut self) -> PickCells<'_> {
+        PickCells { ids: &mut self.ids, pending_clear: self.pending_clear.rows_mut() }
     }
 
     /// Stores a face at pixel number `index` (= width * y + x).
@@ -70,12 +100,14 @@ impl PickBuffer {
     /// If `index` is not a pixel of this buffer.
     #[inline]
     pub fn set(&mut self, index: usize, name: u32, triangle: u32) {
+        self.finish_clears();
         self.ids[index] = [name, triangle];
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::pending_clear::cell_columns;
     use super::*;
 
     #[test]
@@ -90,5 +122,36 @@ mod tests {
         }
         ids.clear();
         assert_eq!(ids.get(1, 1), None);
+    }
+
+    #[test]
+    fn a_clear_is_seen_at_once_however_late_it_is_stored() {
+        for width in [5, 300, 700] {
+            let mut ids = PickBuffer::new(width, 4);
+            let all = |ids: &PickBuffer| -> Vec<_> {
+                (0..4 * width).map(|i| ids.get((i % width) as i32, (i / width) as i32)).collect()
+            };
+            (0..4 * width).for_each(|i| ids.set(i as usize, i, 3));
+            ids.clear();
+            let mut want = vec![None; 4 * width as usize];
+            assert_eq!(all(&ids), want);
+            // The first cell of row 2 is cleared directly, as the tile renderer does, and written.
+            let row = 2 * width as usize;
+            let cells = ids.cells_mut();
+            assert_eq!(cells.pending_clear.len(), 4, "the clear is stored at once");
+            cells.ids[row..row + cell_columns(0, width as usize).end].fill(NO_FACE);
+            cells.ids[row + 1] = [8, 9];
+            cells.pending_clear[2] &= !1;
+            want[row + 1] = Some((8, 9));
+            assert_eq!(all(&ids), want);
+            ids.clear_within(&(1..2), &(2..3));
+            want[row + 1] = None;
+            assert_eq!(all(&ids), want);
+            ids.clear();
+            ids.set(3, 5, 6);
+            want[3] = Some((5, 6));
+            assert_eq!(all(&ids), want);
+            assert_eq!(ids.ids_mut().iter().filter(|id| **id != NO_FACE).count(), 1);
+        }
     }
 }

@@ -22,7 +22,7 @@ use super::shade::ShadingFrequency;
 use super::tile::{ExactFace, FrameSlices, Scratch};
 use super::vertex::Vertex;
 use crate::executor::Executor;
-use crate::memory::{PickBuffer, opaque};
+use crate::memory::{PickBuffer, PickCells, opaque};
 use crate::scene::Interpolation;
 use crate::simd::Level;
 pub(crate) use blended_raster::BlendedRaster;
@@ -114,7 +114,7 @@ fn frame_of<'t>(target: &'t mut Target, plan: &Plan) -> FrameSlices<'t> {
     let width = target.memory.width() as usize;
     let depth = target.depth.as_mut().filter(|_| plan.uses(Part::DepthMemory)).map(|d| d.cells_mut());
     let pick = target.ids.as_deref_mut().filter(|_| plan.uses(Part::PickBuffer));
-    let pick = pick.map_or(&mut [] as &mut [_], PickBuffer::ids_mut);
+    let pick = pick.map_or(PickCells { ids: &mut [], pending_clear: &mut [] }, PickBuffer::cells_mut);
     FrameSlices { width, bytes: target.memory.bytes_mut(), depth, pick }
 }
 

@@ -6,7 +6,7 @@ use super::setup::PlainSetup;
 use super::shading_state::Shading;
 use super::vertex::ToScreen;
 use crate::math::coverage::PixelRect;
-use crate::memory::DepthCells;
+use crate::memory::{DepthCells, PickCells};
 use crate::pipeline::draw_call::CoarseDepth;
 use crate::pipeline::indexed_mesh::IndexedMesh;
 
@@ -23,7 +23,7 @@ pub(crate) struct FrameSlices<'a> {
     /// Bits of f32 depths; `None` where depth is neither tested nor stored.
     pub depth: Option<DepthCells<'a>>,
     /// Name and triangle of each pixel, for PICK; empty when picking is off.
-    pub pick: &'a mut [[u32; 2]],
+    pub pick: PickCells<'a>,
 }
 
 /// One draw of opaque faces. The frame's sides must lie within [`FRAME_LIMITS`], and the mesh must

@@ -352,14 +352,17 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         }
     }
 
-    /// Writes name and triangle of a strip's pixels to the pick buffer.
+    /// Writes name and triangle of a strip's pixels to the pick buffer. Inlined, so that the vectors
+    /// of the kernel's level serve it.
+    #[inline(always)]
     fn keep_ids(&mut self, x: i32, y: i32) {
+        let columns = ((x + STRIP[0]).min(self.tile.x1) - x) as usize;
         for row in y..(y + STRIP[1]).min(self.tile.y1) {
-            for column in x..(x + STRIP[0]).min(self.tile.x1) {
-                let id = self.tile.ids[self.tile.id_at(column, row)];
-                if id != NO_FACE {
-                    self.pick[self.tile.pixel_at(column, row)] = [self.name, (id & !EXACT_FACE_BIT) as u32];
-                }
+            let (from, to) = (self.tile.id_at(x, row), self.tile.pixel_at(x, row));
+            let picked = self.pick[to..to + columns].iter_mut();
+            for (pick, &id) in picked.zip(&self.tile.ids[from..from + columns]) {
+                let face = [self.name, (id & !EXACT_FACE_BIT) as u32];
+                *pick = if id == NO_FACE { *pick } else { face };
             }
         }
     }

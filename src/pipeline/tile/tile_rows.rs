@@ -19,7 +19,7 @@ use super::tile_buffers::{ID_STRIDE, Ids, NO_FACE, Tile};
 use super::traverse::{RasterKernel, RasterStats};
 use crate::executor::{Executor, join};
 use crate::math::coverage::PixelRect;
-use crate::memory::DepthCells;
+use crate::memory::{DepthCells, NOT_PICKED};
 use crate::pipeline::draw_call::{CoarseDepth, DrawStats};
 use crate::pipeline::preemption::Slice;
 use crate::simd::Level;
@@ -112,7 +112,8 @@ pub(crate) fn for_each_tile_row(
     let pixels = top * width..bottom * width;
     let some = |length: usize| if length == 0 { 0..0 } else { pixels.clone() };
     let rows = if depth.pending_clear.is_empty() { 0..0 } else { top..bottom };
-    let (depth_range, pick_range) = (some(depth.words.len()), some(frame.pick.len()));
+    let (depth_range, pick_range) = (some(depth.words.len()), some(frame.pick.ids.len()));
+    let pick_rows = if frame.pick.pending_clear.is_empty() { 0..0 } else { top..bottom };
     let narrow_range = some(depth.narrow.len());
     let buffers = TileRowBuffers {
         width,
@@ -121,7 +122,8 @@ pub(crate) fn for_each_tile_row(
         narrow: &mut depth.narrow[narrow_range],
         pending_clear: &mut depth.pending_clear[rows],
         bytes: &mut frame.bytes[pixels.start * 4..pixels.end * 4],
-        pick: &mut frame.pick[pick_range],
+        pick: &mut frame.pick.ids[pick_range],
+        pick_clear: &mut frame.pick.pending_clear[pick_rows],
     };
     let work = |band: usize, mut buffers: TileRowBuffers<'_>| {
         let mut ids = AtLine([NO_FACE; _]);
@@ -260,7 +262,7 @@ impl TileRow<'_> {
         let columns = grid.pixels_of(column);
         let (x0, x1) = (columns.start, columns.end);
         let (y0, y1) = (self.y0, self.y0 + (buffers.bytes.len() / 4 / width) as i32);
-        buffers.clear_pending(column, &columns);
+        clear_pending(buffers.pending_clear, column, &columns, (buffers.depth, width), buffers.far);
         let is_widened = widened.is_some();
         let (depth, depth_stride) = match widened {
             Some(words) => {
@@ -287,8 +289,9 @@ impl TileRow<'_> {
         }
         stats.passed += passed;
         if is_widened {
-            narrow(tile.depth, width, columns, &mut *buffers.narrow);
+            narrow(tile.depth, width, columns.clone(), &mut *buffers.narrow);
         }
+        clear_pending(buffers.pick_clear, column, &columns, (buffers.pick, width), NOT_PICKED);
         let [left, top, right, bottom] = reach.map(i32::from);
         self.draw.level.dispatch(ResolveKernel {
             faces: self.faces,
@@ -328,16 +331,19 @@ impl TileRow<'_> {
     }
 }
 
-impl TileRowBuffers<'_> {
-    /// Does the pending clears of a column of tiles, while its cells enter the cache.
-    fn clear_pending(&mut self, column: usize, columns: &Range<i32>) {
-        for (row, pending_clear) in
-            self.pending_clear.iter_mut().enumerate().filter(|(_, s)| **s >> column & 1 == 1)
-        {
-            let start = row * self.width;
-            self.depth[start + columns.start as usize..start + columns.end as usize].fill(self.far);
-            *pending_clear &= !(1 << column);
-        }
+/// Does the pending clears of a column of tiles in the rows of a buffer, whose cells then enter the
+/// cache.
+fn clear_pending<T: Copy>(
+    pending_clear: &mut [u128],
+    column: usize,
+    columns: &Range<i32>,
+    (words, width): (&mut [T], usize),
+    cleared: T,
+) {
+    for (row, pending_clear) in pending_clear.iter_mut().enumerate().filter(|(_, s)| **s >> column & 1 == 1) {
+        let start = row * width;
+        words[start + columns.start as usize..start + columns.end as usize].fill(cleared);
+        *pending_clear &= !(1 << column);
     }
 }
 
@@ -377,6 +383,8 @@ pub(crate) struct TileRowBuffers<'a> {
     bytes: &'a mut [u8],
     /// Pick buffer: name and triangle.
     pick: &'a mut [[u32; 2]],
+    /// The same as `pending_clear`, of the pick buffer.
+    pick_clear: &'a mut [u128],
 }
 
 impl TileRowBuffers<'_> {
@@ -389,6 +397,7 @@ impl TileRowBuffers<'_> {
         let (pending_clear, pending_below) = split(self.pending_clear, rows);
         let (bytes, bytes_below) = split(self.bytes, pixels * 4);
         let (pick, pick_below) = split(self.pick, pixels);
+        let (pick_clear, pick_clear_below) = split(self.pick_clear, rows);
         let below = TileRowBuffers {
             width,
             far,
@@ -397,8 +406,9 @@ impl TileRowBuffers<'_> {
             pending_clear: pending_below,
             bytes: bytes_below,
             pick: pick_below,
+            pick_clear: pick_clear_below,
         };
-        (TileRowBuffers { width, far, depth, narrow, pending_clear, bytes, pick }, below)
+        (TileRowBuffers { width, far, depth, narrow, pending_clear, bytes, pick, pick_clear }, below)
     }
 }
 
