@@ -6,6 +6,7 @@
 //! thread; a pool is passed to it. The bytes do not depend on the pool or the SIMD level.
 
 mod cache;
+mod draw_all;
 mod draw_scene;
 mod workspace;
 
@@ -256,7 +257,8 @@ impl Renderer {
         preemption.without(target, items, || self.prepare_geometry(&prepared))?;
         self.reserve(target, |own| own.at_worst(&prepared, target))?;
         prepared.open_buffers(target);
-        self.draw_faces(std::slice::from_mut(&mut prepared), Layer::All, target, &mut stats);
+        let own = std::slice::from_mut(&mut prepared);
+        self.draw_faces(own, Layer::All, target, &mut |_, faces| stats += faces);
         prepared.draw_lines(target, &mut stats);
         prepared.draw_points(target, &mut stats);
         self.workspace.recycled = prepared.into_recycled();
@@ -315,28 +317,30 @@ impl Renderer {
 
     /// Draws faces of the first objects of `all`, as their plans say, and returns the number of these
     /// objects: several that the tile renderer draws together, which have no lines and points, or
-    /// one; its faces of a layer in order, or a wireframe completely.
+    /// one; its faces of a layer in order, or a wireframe completely. `each` is given the counts of
+    /// each.
     fn draw_faces(
         &mut self,
         all: &mut [PreparedDraw],
         layer: Layer,
         target: &mut Target,
-        stats: &mut DrawStats,
+        each: &mut dyn FnMut(usize, DrawStats),
     ) -> usize {
         if all[0].plan.uses(Part::TileRenderer) {
             let count = self.batch_size(all, target);
             let context = DrawContext { level: self.level(), executor: &self.executor };
             let batch = &mut self.workspace.draw_batch;
-            return match batch.draw(context, &all[..count], target, stats) {
-                0 => batch.draw(context, &all[..1], target, stats),
+            return match batch.draw(context, &all[..count], target, each) {
+                0 => batch.draw(context, &all[..1], target, each),
                 drawn => drawn,
             };
         }
-        let prepared = &mut all[0];
+        let (prepared, mut stats) = (&mut all[0], DrawStats::default());
         let (preemption, items) = (prepared.preemption, prepared.items());
         preemption.without(target, items, || prepared.transform_all());
         if prepared.call.shade == ShadeMode::Wire {
-            prepared.draw_wire(target, stats);
+            prepared.draw_wire(target, &mut stats);
+            each(0, stats);
             return 1;
         }
         let all = std::slice::from_ref(&*prepared);
@@ -347,8 +351,9 @@ impl Renderer {
                 order.sort(all, self.executor.cancel());
             }
         });
-        self.draw_in_order(all, order.list(), target, stats);
+        self.draw_in_order(all, order.list(), target, &mut stats);
         self.workspace.order = order;
+        each(0, stats);
         1
     }
 

@@ -4,7 +4,7 @@
 //! Guards against a batch drawn in another order, or with a neighbour's state.
 
 use fbptr::memory::{DepthFormat, PickBuffer, VideoMemory};
-use fbptr::pipeline::{DrawStats, RenderOptions, Renderer, SceneOptions, Target};
+use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, Renderer, SceneOptions, Target};
 use fbptr::scene::{Fog, FogKind, HiddenSurface, Material, Mesh, Object, Scene, ShadeMode, shapes};
 use fbptr::truth::scenes::{object, random};
 use glam::{DMat4, DVec3};
@@ -94,6 +94,59 @@ fn objects_drawn_together_are_those_drawn_one_by_one() {
                 let other = draw(renderer, &scene, hide, format);
                 assert_eq!(other.3, one.3, "seed {seed}, {threads} threads, {hide:?}, {format:?}");
                 assert!(other == one, "seed {seed}, {threads} threads, {hide:?}, {format:?}: other bytes");
+            }
+        }
+    }
+}
+
+#[test]
+fn draws_drawn_together_are_those_drawn_one_after_the_other() {
+    let (width, height) = (333, 190);
+    let formats = [DepthFormat::F32, DepthFormat::U16, DepthFormat::U24, DepthFormat::Reversed];
+    for seed in 0..12 {
+        let scene = crowd(seed, [40, 150, 400][seed as usize % 3]);
+        let mut calls: Vec<DrawCall> = Vec::new();
+        for (i, object) in scene.objects.iter().enumerate() {
+            let mut options = SceneOptions::new(width, height);
+            // Other viewports, and other uses of depth, in between.
+            options.viewport.x = if i % 40 > 30 { 50 } else { 0 };
+            options.hide = [HiddenSurface::ZBuffer, HiddenSurface::None, HiddenSurface::Painter]
+                [if i % 50 > 40 { i % 3 } else { 0 }];
+            let mut call = DrawCall::of_object(object, &scene, &options);
+            call.name = i as u32;
+            if i % 37 == 36 {
+                // Refused.
+                call.model.w_axis.x = f64::NAN;
+            }
+            calls.push(call);
+        }
+        let depth_format = formats[seed as usize % 4];
+        let draw = |renderer: &mut Renderer, is_together: bool| {
+            let mut memory = VideoMemory::new(width, height).unwrap();
+            let (mut depth, mut ids) = (None, PickBuffer::new(width, height));
+            let mut target =
+                Target { memory: &mut memory, depth: &mut depth, depth_format, ids: Some(&mut ids) };
+            let results = match is_together {
+                true => renderer.draw_all(&mut target, &calls),
+                false => calls.iter().map(|call| renderer.draw(&mut target, call)).collect(),
+            };
+            let depth = depth.map(|d| (0..(width * height) as usize).map(|i| d.word(i)).collect::<Vec<_>>());
+            let at = |i: u32| ids.get((i % width) as i32, (i / width) as i32);
+            let picked: Vec<_> = (0..width * height).map(at).collect();
+            (memory.bytes().to_vec(), depth, picked, results)
+        };
+        let mut alone = Renderer::default();
+        let want = draw(&mut alone, false);
+        let refused = want.3.iter().filter(|result| result.is_err()).count();
+        assert!(refused > 0 && want.3.len() == calls.len(), "seed {seed}");
+        assert!(draw(&mut alone, true) == want, "seed {seed}, one thread");
+        for threads in [2, 3, 16] {
+            let mut renderer = of_threads(threads);
+            // Twice: the second draw finds the lists of the first.
+            for _ in 0..2 {
+                let got = draw(&mut renderer, true);
+                assert_eq!(got.3, want.3, "seed {seed}, {threads} threads, {depth_format:?}");
+                assert!(got == want, "seed {seed}, {threads} threads, {depth_format:?}: other bytes");
             }
         }
     }

@@ -21,7 +21,7 @@ use std::sync::Arc;
 const OBJECTS_AT_ONCE: usize = 4096;
 
 /// Minimum number of objects that are prepared on the pool.
-const MANY_OBJECTS: usize = 128;
+pub(super) const MANY_OBJECTS: usize = 128;
 
 impl Renderer {
     /// Draws a scene: its background over the viewport, the opaque faces, lines and points, then
@@ -156,7 +156,9 @@ impl Renderer {
             preemption.point(target);
             let end = match is_painted && all[at].call.shade != ShadeMode::Wire {
                 true => at + 1,
-                false => at + self.draw_faces(&mut all[at..], Layer::Opaque, target, stats),
+                false => {
+                    at + self.draw_faces(&mut all[at..], Layer::Opaque, target, &mut |_, own| *stats += own)
+                }
             };
             for prepared in &all[at..end] {
                 prepared.draw_lines(target, stats);
@@ -196,21 +198,21 @@ fn items_of(all: &[PreparedDraw]) -> usize {
 }
 
 /// State that the draws of a scene's objects share.
-struct ObjectDraws<'t, 'c> {
-    camera: CameraMatrices,
-    target: &'t Target<'t>,
-    backend: Backend,
+pub(super) struct ObjectDraws<'t, 'c> {
+    pub camera: CameraMatrices,
+    pub target: &'t Target<'t>,
+    pub backend: Backend,
     /// True unless the scene needs no depth.
-    keeps_depth: bool,
+    pub keeps_depth: bool,
     /// Token that cancels the draws.
-    cancel: &'c CancelToken,
+    pub cancel: &'c CancelToken,
     /// Handle by which they are preempted.
-    preemption: &'c Preemption,
+    pub preemption: &'c Preemption,
 }
 
 impl<'c> ObjectDraws<'_, 'c> {
     /// Prepares the draw of one object, and plans its path.
-    fn prepare(
+    pub fn prepare(
         &self,
         call: &'c DrawCall<'c>,
         geometry_info: Arc<GeometryInfo>,

@@ -126,13 +126,13 @@ impl DrawBatch {
 
     /// Draws the opaque faces of these draws, which the plan leaves to the tile renderer: of one, or
     /// of as many as [`DrawBatch::count`] returns. Returns how many draws were drawn: fewer, perhaps
-    /// none, if one of several does not fit in one piece.
+    /// none, if one of several does not fit in one piece. `each` is given the counts of each.
     pub fn draw(
         &mut self,
         context: DrawContext<'_>,
         all: &[PreparedDraw],
         target: &mut Target,
-        stats: &mut DrawStats,
+        each: &mut dyn FnMut(usize, DrawStats),
     ) -> usize {
         let Some(first) = all.first() else { return 0 };
         let is_single = all.len() == 1;
@@ -178,7 +178,7 @@ impl DrawBatch {
             if i < complete {
                 let mut own = drawn.stats;
                 drawn.counts.add_to(&mut own);
-                *stats += prepared.counted(own);
+                each(i, prepared.counted(own));
                 *faces += prepared.call.geometry.mesh.triangles.len() as u64;
             }
         }
@@ -295,15 +295,15 @@ impl<'p> Drawn<'p> {
 }
 
 /// Returns whether a draw can be drawn together with `first`: it is small, planned for the tile
-/// renderer, and has the same clip rectangle and depth use.
+/// renderer, and has the same clip rectangle and memories.
 fn can_join(prepared: &PreparedDraw, first: &PreparedDraw) -> bool {
     let mesh = &prepared.call.geometry.mesh;
-    let has_depth = |p: &PreparedDraw| p.plan.uses(Part::DepthMemory);
+    let memories = |p: &PreparedDraw| [Part::DepthMemory, Part::PickBuffer].map(|part| p.plan.uses(part));
     mesh.triangles.len() <= FEW_FACES
         && mesh.lines.is_empty()
         && mesh.points.is_empty()
         && prepared.transform().screen.clip == first.transform().screen.clip
-        && has_depth(prepared) == has_depth(first)
+        && memories(prepared) == memories(first)
         && prepared.plan.uses(Part::TileRenderer)
 }
 

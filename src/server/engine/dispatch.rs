@@ -30,7 +30,7 @@ impl Engine {
         command: Command,
         replies: &mut Vec<u8>,
     ) -> Result<Effect, Fault> {
-        self.may_suspend = false;
+        (self.may_suspend, self.queues_draw) = (false, false);
         let mut progress = self.begin(session, Request::Command(command), replies)?;
         loop {
             match progress {
@@ -42,6 +42,7 @@ impl Engine {
                 Progress::Pieces(pieces) => {
                     progress = self.run_pieces(session, *pieces, replies, Budget::NONE)?
                 }
+                Progress::Queued(drawing) => progress = self.draw_now(session, drawing)?,
             }
         }
     }
@@ -155,7 +156,10 @@ impl Engine {
 
     /// Runs a part of a request. A panic in it refuses the request.
     #[inline]
-    fn guarded<T>(&mut self, part: impl FnOnce(&mut Engine) -> Result<T, Fault>) -> Result<T, Fault> {
+    pub(super) fn guarded<T>(
+        &mut self,
+        part: impl FnOnce(&mut Engine) -> Result<T, Fault>,
+    ) -> Result<T, Fault> {
         // Pixels that it has drawn stay. The memories hold plain numbers, so any state of them is
         // valid.
         match guard(|| part(self)) {
@@ -192,7 +196,7 @@ impl Engine {
     /// Ends a request, or a part of it: checks the limit of replies, counts errors, and sends
     /// observers the end of what has begun.
     #[inline]
-    fn end_request(
+    pub(super) fn end_request(
         &mut self,
         session: &mut Session,
         has_begun: bool,

@@ -192,6 +192,7 @@ impl Engine {
             hide: self.rendering.view_overrides.hide.unwrap_or(s.hide),
             interp: s.interp,
             is_dark: false,
+            asked: (s.shade, s.hide),
         };
         draw.is_dark = is_dark(&draw.call());
         if let (Quality::MaxError(max_error), QualityUse::AsGiven) =
@@ -273,9 +274,17 @@ impl Engine {
         self.run_drawing(s, Drawing::Scene(Box::new(SceneDraw { scene, options, time, sorted, _held: held })))
     }
 
-    /// Runs a draw, or hands it to the drawing thread if it may take long.
+    /// Runs a draw, or leaves it to the stream if that lets it wait for others.
     fn run_drawing(&mut self, s: &mut Session, drawing: Drawing) -> Result<Progress, Fault> {
         self.with_room(|engine| engine.framebuffer.reserve_target(drawing.hide()))?;
+        if std::mem::take(&mut self.queues_draw) {
+            return Ok(Progress::Queued(drawing));
+        }
+        self.draw_now(s, drawing)
+    }
+
+    /// Runs a draw whose target is reserved, or hands it to the drawing thread if it may take long.
+    pub(super) fn draw_now(&mut self, s: &mut Session, drawing: Drawing) -> Result<Progress, Fault> {
         self.explain_drawing(s, &drawing);
         let drawing = match self.may_suspend && drawing.is_long(self.framebuffer.area()) {
             true => match self.begin_draw_in_pieces(drawing) {
@@ -303,23 +312,26 @@ impl Engine {
     ) -> Result<(), Fault> {
         self.framebuffer.count_target();
         let stats = result?;
-        let frame = [self.framebuffer.width(), self.framebuffer.height()];
         self.follow_drawing(drawing);
-        let empty = match drawing {
-            Drawing::Mesh(draw) => EmptyDraw::of_call(&stats, &draw.call(), frame, draw.is_dark),
-            Drawing::Scene(draw) => EmptyDraw::of_scene(&stats, &draw.scene, &draw.options, frame),
-        };
-        self.note_draw(s, &stats);
-        empty_draw::note(s, empty);
+        self.note_drawn(s, drawing, &stats);
         Ok(())
     }
 
-    fn note_draw(&mut self, s: &mut Session, stats: &DrawStats) {
+    /// Counts what a draw has drawn, and explains it if it shows nothing.
+    pub(super) fn note_drawn(&mut self, s: &mut Session, drawing: &Drawing, stats: &DrawStats) {
+        let frame = [self.framebuffer.width(), self.framebuffer.height()];
+        let (empty, (shade, hide)) = match drawing {
+            Drawing::Mesh(draw) => (EmptyDraw::of_call(stats, &draw.call(), frame, draw.is_dark), draw.asked),
+            Drawing::Scene(draw) => {
+                (EmptyDraw::of_scene(stats, &draw.scene, &draw.options, frame), (s.shade, s.hide))
+            }
+        };
+        empty_draw::note(s, empty);
         s.stats.pixels += stats.pixels_written;
         self.rendering.plan = format!(
             "shade:{},hide:{},depth:{},faces:{},drawn:{},tested:{},lit:{}",
-            s.shade.as_str(),
-            s.hide.as_str(),
+            shade.as_str(),
+            hide.as_str(),
             self.framebuffer.depth.as_ref().map_or("none", |d| d.format().as_str()),
             stats.faces,
             stats.faces_drawn,

@@ -14,16 +14,17 @@ use crate::scene::{
     ShadeMode, Texture, Viewport,
 };
 use glam::{DMat4, DVec3};
+use std::fmt;
 use std::sync::Arc;
 
 /// A `DRAW` or a `DRAWSCENE`.
-pub(super) enum Drawing {
+pub(in crate::server) enum Drawing {
     Mesh(Box<MeshDraw>),
     Scene(Box<SceneDraw>),
 }
 
 /// A `DRAW`: its mesh, and the settings of its session.
-pub(super) struct MeshDraw {
+pub(in crate::server) struct MeshDraw {
     /// Name of the mesh, and its number in the pick buffer.
     pub name: String,
     pub id: u32,
@@ -42,10 +43,12 @@ pub(super) struct MeshDraw {
     pub interp: Interpolation,
     /// Set if the draw is certainly black, whatever `QUALITY` makes of it.
     pub is_dark: bool,
+    /// The session's own modes, which `STATS` names.
+    pub asked: (ShadeMode, HiddenSurface),
 }
 
 /// A `DRAWSCENE`: its scene at a time.
-pub(super) struct SceneDraw {
+pub(in crate::server) struct SceneDraw {
     pub scene: Scene,
     pub options: SceneOptions,
     pub time: f64,
@@ -77,7 +80,7 @@ impl MeshDraw {
 }
 
 /// Estimated nanoseconds from which a draw does not run on the render thread.
-const LONG_NS: u64 = 4_000_000;
+pub(super) const LONG_NS: u64 = 4_000_000;
 /// Largest number of faces whose areas are added up; more are taken to fill the viewport.
 const FEW_FACES: usize = 512;
 /// Estimated nanoseconds of a face, line or point beside its pixels: drawn by tiles, or in order.
@@ -92,7 +95,21 @@ const PLAIN_PIXEL_NS: u64 = 40;
 const LIGHT_NS: u64 = 4;
 const SKY_NS: u64 = 30;
 
+impl fmt::Debug for Drawing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.verb())
+    }
+}
+
 impl Drawing {
+    /// Returns the draw call of a `DRAW`.
+    pub fn mesh_call(&self) -> Option<DrawCall<'_>> {
+        match self {
+            Drawing::Mesh(draw) => Some(draw.call()),
+            Drawing::Scene(_) => None,
+        }
+    }
+
     /// Draws.
     ///
     /// # Errors
@@ -131,16 +148,25 @@ impl Drawing {
     /// Returns whether the draw may take so long that others should not wait for all of it. `frame`
     /// is the number of pixels of the frame.
     pub fn is_long(&self, frame: u64) -> bool {
+        self.estimated_ns(frame) > LONG_NS
+    }
+
+    /// Estimates the nanoseconds of the draw on one thread, rather too many than too few; any number
+    /// that is long if it is more than that.
+    pub fn estimated_ns(&self, frame: u64) -> u64 {
         match self {
-            Drawing::Mesh(draw) => draw_ns(&draw.call(), frame) > LONG_NS,
+            Drawing::Mesh(draw) => draw_ns(&draw.call(), frame),
             Drawing::Scene(draw) => {
                 let SceneDraw { scene, options, .. } = &**draw;
                 let mut sum = if scene.sky.is_some() { frame * SKY_NS } else { frame / 4 };
-                scene.objects.iter().any(|object| {
+                for object in &scene.objects {
+                    if sum > LONG_NS {
+                        break;
+                    }
                     let call = DrawCall::of_object(object, scene, options);
                     sum = sum.saturating_add(OBJECT_NS + draw_ns(&call, frame));
-                    sum > LONG_NS
-                })
+                }
+                sum
             }
         }
     }

@@ -26,6 +26,7 @@ mod dispatch;
 mod draw2d;
 mod draw3d;
 mod draw_log;
+mod draw_queue;
 mod drawing;
 mod empty_draw;
 #[cfg(test)]
@@ -68,6 +69,8 @@ use std::time::Duration;
 
 use call::{Call, Outcome};
 use draw_log::DrawLog;
+pub(in crate::server) use draw_queue::{MOST_DRAWS, MOST_NS};
+pub(in crate::server) use drawing::Drawing;
 pub(in crate::server) use files::FileReader;
 pub(in crate::server) use job::{Job, JobResult};
 use long_draw::DrawThread;
@@ -102,6 +105,8 @@ pub(in crate::server) enum Progress {
     Job(Job),
     /// A piece of it has run, and pieces are left.
     Pieces(Box<Pieces>),
+    /// It is a draw that waits for others: see [`Engine::draw_queued`].
+    Queued(Drawing),
 }
 
 /// Initial state of connections, in points on which clients of the protocol disagree and which the
@@ -138,6 +143,8 @@ pub struct Engine {
     is_in_pieces: bool,
     /// Set if the running command may be suspended.
     may_suspend: bool,
+    /// Set if the running command may be left to the stream as a draw that waits for others.
+    queues_draw: bool,
     /// Set while a request ends that met a defect.
     has_defect: bool,
     /// Verb of requests that meet a defect when they have run.
@@ -238,6 +245,7 @@ impl Engine {
             offered_outputs: Vec::new(),
             is_in_pieces: false,
             may_suspend: false,
+            queues_draw: false,
             has_defect: false,
             #[cfg(test)]
             wanted_defect: None,
@@ -308,7 +316,7 @@ impl Engine {
 
     /// Sets whether the next commands may be suspended: be left as a job, or in pieces.
     pub(in crate::server) fn set_may_suspend(&mut self, may_suspend: bool) {
-        self.may_suspend = may_suspend;
+        (self.may_suspend, self.queues_draw) = (may_suspend, false);
     }
 
     /// Refuses a draw that was cancelled.

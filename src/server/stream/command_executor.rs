@@ -12,7 +12,7 @@ use crate::draw2d::Line;
 use crate::error::Fault;
 use crate::memory::{Reservation, Rgba};
 use crate::server::clock::Instant;
-use crate::server::engine::{Progress, Request};
+use crate::server::engine::{Drawing, MOST_DRAWS, MOST_NS, Progress, Request};
 use crate::server::{Audience, Budget, Effect, Engine, Pace, Session};
 
 /// Runs the commands of one stream for one call of the decoder.
@@ -26,7 +26,12 @@ pub(super) struct CommandExecutor<'a> {
     pub(super) suspended: Option<Suspended>,
     /// Consecutive lines that are drawn in one batch, shared among all threads.
     lines: Vec<Line>,
-    pub(super) batches_lines: bool,
+    /// Draws of small meshes that wait for others, with the places of their commands, and their
+    /// estimated nanoseconds.
+    draws: Vec<(Drawing, StreamPosition)>,
+    draws_ns: u64,
+    /// Set if lines and small draws may wait for their neighbours.
+    pub(super) batches: bool,
 }
 
 /// Length of a `POINTS` list from which it is copied, so that it can run in pieces, if there is
@@ -52,12 +57,15 @@ impl<'a> CommandExecutor<'a> {
             state: StreamState::Ready,
             suspended: None,
             lines: Vec::new(),
-            batches_lines: false,
+            draws: Vec::new(),
+            draws_ns: 0,
+            batches: false,
         }
     }
 
     /// Queues a line, which has no reply, so that it is drawn in one batch with its neighbours.
     fn enqueue(&mut self, line: Line) -> Flow {
+        self.draw_queued();
         self.lines.push(line);
         if self.lines.len() >= MAX_BATCHED_LINES {
             self.draw_lines();
@@ -65,11 +73,57 @@ impl<'a> CommandExecutor<'a> {
         self.yield_if_due(false)
     }
 
-    /// Draws the queued lines. Called before everything that is not a line, and at the end.
+    /// Queues a small draw, so that it is drawn together with others. One that is not that small is
+    /// drawn by itself.
+    fn enqueue_draw(&mut self, drawing: Drawing, place: StreamPosition) -> Flow {
+        let ns = self.engine.estimated_ns(&drawing);
+        if ns > MOST_NS {
+            self.draw_queued();
+        }
+        self.draws.push((drawing, place));
+        self.draws_ns += ns;
+        if self.draws_ns > MOST_NS || self.draws.len() >= MOST_DRAWS {
+            self.draw_queued();
+        }
+        match self.suspended {
+            Some(_) => Flow::Pause,
+            None => self.yield_if_due(false),
+        }
+    }
+
+    /// Draws the queued lines and draws, of which one kind is empty. Called before everything that
+    /// is not one of them, and at the end.
     #[inline]
     pub(super) fn flush(&mut self) {
         if !self.lines.is_empty() {
             self.draw_lines();
+        }
+        self.draw_queued();
+    }
+
+    /// Draws the queued draws, and reports what they have to say, each at its place.
+    #[inline]
+    fn draw_queued(&mut self) {
+        if !self.draws.is_empty() {
+            self.draw_all_queued();
+        }
+    }
+
+    #[inline(never)]
+    fn draw_all_queued(&mut self) {
+        let (drawings, places): (Vec<_>, Vec<_>) = self.draws.drain(..).unzip();
+        self.draws_ns = 0;
+        // What the running command has to say is reported after these, and it decides how the
+        // stream goes on.
+        let (remark, state) = (self.session.remark.take(), self.state);
+        for ((result, own), place) in self.engine.draw_queued(self.session, drawings).into_iter().zip(places)
+        {
+            self.session.remark = own;
+            let _ = self.after_part(result, place, "DRAW");
+        }
+        self.session.remark = remark;
+        if self.suspended.is_none() {
+            self.state = state;
         }
     }
 
@@ -195,6 +249,7 @@ impl<'a> CommandExecutor<'a> {
                 self.state = StreamState::Works;
                 Flow::Pause
             }
+            Ok(Progress::Queued(drawing)) => self.enqueue_draw(drawing, place),
             Ok(Progress::Pieces(pieces)) => {
                 self.suspended = Some(Suspended { place, verb, pieces: Some(pieces) });
                 self.state = StreamState::InPieces;
@@ -269,17 +324,27 @@ impl Sink for CommandExecutor<'_> {
 
     fn command(&mut self, command: Command, place: StreamPosition) -> Flow {
         if let Command::Figure(Figure::Line { p0, p1, color }) = command
-            && self.batches_lines
+            && self.batches
         {
             return self.enqueue(Line { p0, p1, color });
         }
         let verb = command.verb();
-        self.flush();
+        let may_wait = self.batches && self.engine.leaves_draws_waiting(self.session, &command);
+        if !(may_wait && self.lines.is_empty()) {
+            self.flush();
+        }
         if matches!(command, Command::Stats) {
             // Counts the bytes up to this command; those behind it are not decoded yet.
             self.session.stats.bytes = self.session.stats.bytes.max(place.byte);
         }
         let progress = self.run_command(command);
+        if let Ok(Progress::Queued(drawing)) = progress {
+            return self.enqueue_draw(drawing, place);
+        }
+        if progress.is_err() || self.session.remark.is_some() {
+            // What the draws before it have to say is said before.
+            self.draw_queued();
+        }
         // The payload of a refused command has been dropped, and a command without a job does not
         // hold any.
         self.session.payload_held = None;

@@ -221,7 +221,7 @@ impl Stream {
         };
         let before = self.session.stats.commands;
         let mut executor = CommandExecutor::new(engine, &mut self.session, out, budget);
-        executor.batches_lines = budget.pace == Pace::Free && !budget.only_asks;
+        executor.batches = budget.pace == Pace::Free && !budget.only_asks;
         let (taken, flow) = self.decoder.feed_some(part, &mut executor);
         executor.flush();
         let mut state = executor.state_after(flow);

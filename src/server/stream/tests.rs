@@ -94,6 +94,81 @@ fn lines_drawn_together_are_drawn_in_their_turn() {
 }
 
 #[test]
+fn small_draws_drawn_together_are_drawn_in_their_turn() {
+    let mut script = "LIGHT 0 DIR -1 -1 -1 1 1 1\nAMBIENT 1 1 1\nLOOKAT 0 0 6 0 0 0 0 1 0\n\
+        MESH box BOX 0.6 0.5 0.4\nMESH cone CONE\nMESH knot KNOT 60 9\nCLEAR 102030\n"
+        .to_owned();
+    let mut state = 5u32;
+    let mut next = |n: u32| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) % n
+    };
+    for i in 0..2500 {
+        let [x, y, z] = [(); 3].map(|()| f64::from(next(600)) / 150.0 - 2.0);
+        let [r, g, b] = [(); 3].map(|()| f64::from(next(100)) / 100.0);
+        script += &match i % 499 {
+            7 => "SHADE flat\n".to_owned(),
+            40 => "SHADE gouraud\n".to_owned(),
+            90 => "SHADE phong\n".to_owned(),
+            120 => "CULL none\n".to_owned(),
+            130 => "HIDE painter\n".to_owned(),
+            160 => "HIDE zbuffer\n".to_owned(),
+            // Refused and unseen draws, and a setting that is refused.
+            200 => "DRAW none\n".to_owned(),
+            230 => "POP\n".to_owned(),
+            260 => "PUSH\nTRANSLATE 0 0 50\nDRAW cone\nPOP\nPOP\n".to_owned(),
+            300 => "SHEAR 9e307 0 0 0 9e307 9e307\nSCALE 9e9 9e9 9e9\nDRAW box\n".to_owned(),
+            // Others that see the frame, or change it.
+            330 => "CRC\n".to_owned(),
+            350 => format!("FILLRECT {} 20 60 50 ff8040\n", next(200)),
+            370 => "LINE 0 0 250 180 red\nLINE 5 0 250 180 blue\n".to_owned(),
+            390 => "CLIP 20 30 180 90\n".to_owned(),
+            420 => "CLIP OFF\nCLEAR 203040\n".to_owned(),
+            440 => "DRAW knot\n".to_owned(),
+            410 => "PICK 140 95\nDEPTHAT 140 95\n".to_owned(),
+            480 => "FREE cone\nMESH cone CONE 0.5 0.8\n".to_owned(),
+            _ => format!(
+                "IDENTITY\nTRANSLATE {x} {y} {z}\nROTATE 1 1 0 {x}\nSCALE .3 .3 .3\n\
+                 MATERIAL {r} {g} {b} {b} {r} {g} .3 .3 .3 20 0 0 0 {}\nDRAW {}\n",
+                if i % 9 == 0 { 0.5 } else { 0.0 },
+                if i % 2 == 0 { "box" } else { "cone" },
+            ),
+        };
+    }
+    script += "CRC\nSTATS\n";
+    let run = |threads: usize, pieces: usize, pace: Pace| {
+        let mut engine = Engine::new(280, 190).unwrap();
+        let pool = crate::server::worker_pool(Some(threads));
+        let options = crate::pipeline::RenderOptions { pool, ..Default::default() };
+        engine.set_renderer(crate::pipeline::Renderer::new(options));
+        let mut stream = Stream::new(&engine, 1, Audience::Connection);
+        let mut out = Output::default();
+        for piece in script.as_bytes().chunks(pieces) {
+            let mut used = 0;
+            while used < piece.len() {
+                let budget = Budget { pace, ..Budget::NONE };
+                used += stream.feed(&mut engine, &piece[used..], &mut out, budget).0;
+            }
+        }
+        // The memory that draws leave behind depends on how they are drawn.
+        let text = String::from_utf8(out.replies).unwrap();
+        let words = |line: &str| match line.strip_prefix("STATS") {
+            Some(_) => line.split(' ').filter(|word| !word.contains("memory")).collect::<Vec<_>>().join(" "),
+            None => line.to_owned(),
+        };
+        text.lines().map(words).collect::<Vec<_>>()
+    };
+    let one_by_one = run(1, 1000, Pace::OneCommand);
+    let count = |what: &str| one_by_one.iter().filter(|line| line.contains(what)).count();
+    assert_eq!((count("CRC"), count("WARN"), count("PICK")), (6, 4, 5), "{one_by_one:#?}");
+    assert!(count("ERANGE") > 10 && count("ENOENT") == 5 && count("none -1") < 5, "{one_by_one:#?}");
+    for (threads, pieces) in [(1, usize::MAX), (2, usize::MAX), (3, 65_536), (2, 999)] {
+        let got = run(threads, pieces, Pace::Free);
+        assert_eq!(got, one_by_one, "{threads} threads, pieces of {pieces}");
+    }
+}
+
+#[test]
 fn a_pixelflut_connection_hears_nothing_unasked_until_it_uses_more() {
     let quiet = b"PX 1 1 zz\nNOPE\nPX 1\nSIZE 3\nPX 99 99\n";
     assert_eq!(play(quiet, 5, Audience::Connection).1.replies, b"");

@@ -32,6 +32,9 @@ pub(super) fn steps(workload: Workload) -> Option<(&'static str, &'static [u32])
 /// Frame sizes from VGA to 8K.
 const FRAMES: [[u32; 2]; 5] = [[640, 480], [1280, 720], [1920, 1080], [3840, 2160], [7680, 4320]];
 
+/// Number of draws that are handed to the renderer at once, as a stream does.
+const DRAWS_AT_ONCE: usize = 128;
+
 /// Way of drawing a scene.
 #[derive(Clone, Copy, PartialEq)]
 enum By {
@@ -134,9 +137,12 @@ impl BenchRun for Scenes {
                 let stats = renderer.draw_scene(target, scene, options).expect("the scene is sound");
                 tested = stats.pixels_tested;
             }
-            By::Draws => scene.objects.iter().for_each(|object| {
-                let call = DrawCall::of_object(object, scene, options);
-                renderer.draw(target, &call).expect("the scene is sound");
+            By::Draws => scene.objects.chunks(DRAWS_AT_ONCE).for_each(|objects| {
+                let call = |object| DrawCall::of_object(object, scene, options);
+                let calls: Vec<DrawCall> = objects.iter().map(call).collect();
+                for drawn in renderer.draw_all(target, &calls) {
+                    drawn.expect("the scene is sound");
+                }
             }),
         });
         if self.workload == Workload::Layers64 {

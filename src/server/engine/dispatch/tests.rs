@@ -67,6 +67,34 @@ fn a_defect_ends_its_request_and_no_other_for_commands_as_for_batches() {
 }
 
 #[test]
+fn small_draws_wait_for_others_where_threads_share_them() {
+    let script = b"MESH b BOX\nDRAW b\nTRANSLATE 1 0 0\nDRAW b\n";
+    let done = ["begins", "done"];
+    for (threads, waits) in [(1, false), (2, true)] {
+        let (mut engine, _, log) = engine_with_log(40, 30);
+        let pool = crate::server::worker_pool(Some(threads));
+        let options = crate::pipeline::RenderOptions { pool, ..Default::default() };
+        engine.set_renderer(crate::pipeline::Renderer::new(options));
+        let mut stream = Stream::new(&engine, 7, Audience::Connection);
+        let mut out = Output::default();
+        let _ = stream.feed(&mut engine, script, &mut out, Budget::NONE);
+        let drawn = if waits { ["begins", "undone"] } else { done };
+        let mut want = [done, drawn, done, drawn].concat();
+        if waits {
+            // Both are drawn at the end of the slice.
+            want.extend([done, done].concat());
+        }
+        assert_eq!(log.take(), want, "{threads} threads");
+        assert!(stream.session().stats.pixels > 0 && out.replies.is_empty());
+        // A defect leaves nothing to be drawn later.
+        engine.wanted_defect = Some("DRAW");
+        let _ = stream.feed(&mut engine, b"DRAW b\n", &mut out, Budget::NONE);
+        assert_eq!(log.take()[..2], ["begins", "undone"]);
+        assert_eq!(stream.session().stats.errors, 1);
+    }
+}
+
+#[test]
 fn what_a_job_leaves_to_do_ends_when_it_meets_a_defect() {
     let (mut engine, mut session, log) = engine_with_log(4, 3);
     let apply = |engine: &mut Engine, _: &mut Session, replies: &mut Vec<u8>| {
