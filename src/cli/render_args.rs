@@ -16,8 +16,8 @@ pub(super) struct RenderArgs {
     /// Vectors that draw: auto, avx512, avx2, neon or portable
     #[arg(long, value_name = "S", value_parser = simd, default_value = "auto")]
     simd: Simd,
-    /// Leave faces out first that are hidden in their part of a tile: on or off
-    #[arg(long, value_name = "on|off", value_parser = coarse, default_value = "off")]
+    /// Leave faces out first that are hidden in their part of a tile: on, off, or auto, for meshes of which most was hidden before
+    #[arg(long, value_name = "on|off|auto", value_parser = coarse, default_value = "auto")]
     coarse: Coarse,
     /// Memory for everything that is asked for, K, M or G: what needs more is done in pieces or refused [default: a quarter of
     /// the machine's, or of its control group's]
@@ -31,7 +31,11 @@ struct Coarse(CoarseDepth);
 
 impl std::fmt::Display for Coarse {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(if self.0 == CoarseDepth::On { "on" } else { "off" })
+        f.write_str(match self.0 {
+            CoarseDepth::Auto => "auto",
+            CoarseDepth::On => "on",
+            CoarseDepth::Off => "off",
+        })
     }
 }
 
@@ -39,7 +43,8 @@ fn coarse(text: &str) -> Result<Coarse, String> {
     match text {
         "on" => Ok(Coarse(CoarseDepth::On)),
         "off" => Ok(Coarse(CoarseDepth::Off)),
-        _ => Err("expected on or off".to_owned()),
+        "auto" => Ok(Coarse(CoarseDepth::Auto)),
+        _ => Err("expected on, off or auto".to_owned()),
     }
 }
 

@@ -150,8 +150,10 @@ pub enum DepthUse {
 /// tile. The bytes are the same either way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum CoarseDepth {
-    /// No culling; every face's pixels are depth-tested.
+    /// As the draws before tell of each mesh: culling if most of it was hidden.
     #[default]
+    Auto,
+    /// No culling; every face's pixels are depth-tested.
     Off,
     /// Hidden faces are culled first, under f32 depths.
     On,

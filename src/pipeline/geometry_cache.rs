@@ -3,6 +3,7 @@
 use super::draw_call::PipelineError;
 use super::indexed_mesh::{FaceTable, IndexedMesh};
 use super::normals::{Normals, polygon_normal};
+use super::occlusion_history::OcclusionHistory;
 use crate::cancel::CancelToken;
 use crate::math::matrix::unit;
 use crate::memory::{MemoryBudget, MemoryUse, OverBudget, Reservation};
@@ -51,6 +52,8 @@ pub(crate) struct GeometryInfo {
     cancel: CancelToken,
     /// Budget reservation for the cached parts.
     held: Mutex<Option<Reservation>>,
+    /// How much of it was hidden when it was drawn.
+    pub occlusion: OcclusionHistory,
 }
 
 impl GeometryInfo {
@@ -80,6 +83,7 @@ impl GeometryInfo {
             faces: OnceLock::new(),
             cancel,
             held: Mutex::new(None),
+            occlusion: OcclusionHistory::default(),
         }
     }
 

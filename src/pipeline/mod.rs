@@ -28,6 +28,7 @@ mod indexed_mesh;
 mod light;
 mod materials;
 mod normals;
+mod occlusion_history;
 mod ordered;
 mod path_plan;
 mod pixel;

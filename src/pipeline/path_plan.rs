@@ -8,6 +8,7 @@
 
 use super::draw_call::{Backend, CoarseDepth, DrawCall, RenderPath, Target};
 use super::geometry_cache::GeometryInfo;
+use super::occlusion_history::FEW_FACES;
 use super::ordered::face_list_bytes;
 use super::plan::{Part, Plan};
 use super::prepared_draw::{PreparedDraw, RecycledLists};
@@ -28,21 +29,35 @@ impl Plan {
     /// The cost is linear in the mesh's polygons and corners; vertices are not transformed.
     pub fn of_draw(call: &DrawCall, target: &Target) -> Plan {
         let limits = ListLimits { threads: 1, list_bytes: LIST_BYTES as u64 };
-        plan_draw_for(call, target, Backend::default(), limits)
+        plan_draw_for(call, target, Backend::default(), limits, None)
     }
 }
 
 /// Returns the plan of one draw by a backend, with its working memory.
-pub(crate) fn plan_draw_for(call: &DrawCall, target: &Target, backend: Backend, limits: ListLimits) -> Plan {
-    let mut plan = plan_call(call, target, backend, true);
+pub(crate) fn plan_draw_for(
+    call: &DrawCall,
+    target: &Target,
+    backend: Backend,
+    limits: ListLimits,
+    known: Option<Arc<GeometryInfo>>,
+) -> Plan {
+    let mut plan = plan_call(call, target, backend, true, known);
     let working = at_worst(call, target, &plan, None, limits);
     plan.set_working_bytes(working.sum());
     plan
 }
 
-/// Returns the plan of one draw, even if it would be refused, without its working memory.
-pub(crate) fn plan_call(call: &DrawCall, target: &Target, backend: Backend, keeps_depth: bool) -> Plan {
-    let geometry_info = Arc::new(GeometryInfo::of(call.geometry, CancelToken::default()));
+/// Returns the plan of one draw, even if it would be refused, without its working memory. `known`
+/// are the facts about its geometry that a renderer has.
+pub(crate) fn plan_call(
+    call: &DrawCall,
+    target: &Target,
+    backend: Backend,
+    keeps_depth: bool,
+    known: Option<Arc<GeometryInfo>>,
+) -> Plan {
+    let new = || Arc::new(GeometryInfo::of(call.geometry, CancelToken::default()));
+    let geometry_info = known.unwrap_or_else(new);
     let camera = PreparedDraw::camera_of(call).unwrap_or_default();
     let mut prepared = PreparedDraw::of(call, camera, target, geometry_info, RecycledLists::default());
     add_path(&mut prepared, target, backend, keeps_depth);
@@ -79,6 +94,7 @@ pub(crate) fn add_path(prepared: &mut PreparedDraw, target: &Target, backend: Ba
 
 /// Adds the tile renderer to the plan.
 fn add_tiles(prepared: &mut PreparedDraw, target: &Target, coarse: CoarseDepth) {
+    let occlusion = prepared.geometry_info.occlusion.get();
     let (call, plan) = (prepared.call, &mut prepared.plan);
     let faces = call.geometry.mesh.triangles.len() as u64;
     let bytes = estimated_bytes(call, target, plan);
@@ -90,10 +106,19 @@ fn add_tiles(prepared: &mut PreparedDraw, target: &Target, coarse: CoarseDepth) 
         _ if !plan.uses(Part::DepthMemory) => {
             plan.leave_out(Part::CoarseDepth, "the tile renderer tests no depth");
         }
-        (CoarseDepth::Off, _) => plan.leave_out(Part::CoarseDepth, "nobody asks for it"),
-        (CoarseDepth::On, DepthFormat::F32) => {
-            plan.add(Part::CoarseDepth, "hidden faces are left out by cells of 16x8 pixels", faces, 0);
+        (CoarseDepth::Off, _) => plan.leave_out(Part::CoarseDepth, "off, on request"),
+        (_, DepthFormat::U16 | DepthFormat::U24 | DepthFormat::U32 | DepthFormat::Reversed) => {
+            plan.leave_out(Part::CoarseDepth, "only f32 depths have it");
         }
-        (CoarseDepth::On, _) => plan.leave_out(Part::CoarseDepth, "only f32 depths have it"),
+        (CoarseDepth::On, DepthFormat::F32) => {
+            plan.add(Part::CoarseDepth, "on request: by cells of 16x8 pixels", faces, 0);
+        }
+        (CoarseDepth::Auto, DepthFormat::F32) if faces <= FEW_FACES => {
+            plan.leave_out(Part::CoarseDepth, "the mesh has few faces");
+        }
+        (CoarseDepth::Auto, DepthFormat::F32) => match occlusion.pays() {
+            true => plan.add(Part::CoarseDepth, occlusion.reason(), faces, 0),
+            false => plan.leave_out(Part::CoarseDepth, occlusion.reason()),
+        },
     }
 }

@@ -27,7 +27,7 @@ use super::worst_case::{ListLimits, SMALL_FACES, at_worst, small_at_worst};
 use crate::cancel::CancelToken;
 use crate::executor::{Executor, ThreadPool, prelude::*};
 use crate::memory::{MemoryBudget, OverBudget, Rgba, VideoMemory};
-use crate::scene::{Scene, ShadeMode};
+use crate::scene::{Geometry, Scene, ShadeMode};
 use crate::simd::{Level, fill_pixels};
 use cache::Cache;
 use std::sync::Arc;
@@ -227,12 +227,17 @@ impl Renderer {
     /// Returns the plan of [`super::plan_scene`] as this renderer draws: by its backend, with its
     /// threads.
     pub fn plan_scene(&self, target: &Target, scene: &Scene, options: &SceneOptions) -> Plan {
-        plan_scene_for(target, scene, options, self.backend(), self.threads())
+        plan_scene_for(target, scene, options, self.backend(), self.threads(), &|call| self.known(call))
     }
 
     /// Returns the plan of one draw, as this renderer draws it.
     pub fn plan_draw(&self, target: &Target, call: &DrawCall) -> Plan {
-        plan_draw_for(call, target, self.backend(), self.list_limits())
+        plan_draw_for(call, target, self.backend(), self.list_limits(), self.known(call))
+    }
+
+    /// Returns the cached facts about a draw's geometry, if there are any.
+    fn known(&self, call: &DrawCall) -> Option<Arc<GeometryInfo>> {
+        shared(call).and_then(|geometry| self.cache.known(geometry))
     }
 
     /// Returns the faces that each path has drawn since the working memory was last freed.
@@ -268,7 +273,7 @@ impl Renderer {
 
     /// Returns the cached facts about a draw's geometry.
     fn geometry_info(&mut self, call: &DrawCall) -> Arc<GeometryInfo> {
-        match call.shared.filter(|shared| std::ptr::eq(Arc::as_ptr(shared), call.geometry)) {
+        match shared(call) {
             Some(shared) => self.cache.geometry_info(shared, &self.options.cancel),
             None => Arc::new(GeometryInfo::of(call.geometry, CancelToken::default())),
         }
@@ -330,6 +335,10 @@ impl Renderer {
             let count = self.batch_size(all, target);
             let context = DrawContext { level: self.level(), executor: &self.executor };
             let batch = &mut self.workspace.draw_batch;
+            let each = &mut |i: usize, stats| {
+                note_occlusion(&all[i], &stats);
+                each(i, stats);
+            };
             return match batch.draw(context, &all[..count], target, each) {
                 0 => batch.draw(context, &all[..1], target, each),
                 drawn => drawn,
@@ -395,6 +404,18 @@ pub fn draw_scene(
 ) -> Result<DrawStats, PipelineError> {
     let reference = RenderOptions { path: RenderPath::Plain, ..RenderOptions::default() };
     Renderer::new(reference).draw_scene(target, scene, options)
+}
+
+/// Returns a draw's geometry if it is shared.
+fn shared<'a>(call: &DrawCall<'a>) -> Option<&'a Arc<Geometry>> {
+    call.shared.filter(|shared| std::ptr::eq(Arc::as_ptr(shared), call.geometry))
+}
+
+/// Notes how much of a mesh was hidden, unless the draw was cancelled.
+fn note_occlusion(prepared: &PreparedDraw, stats: &DrawStats) {
+    if prepared.plan.uses(Part::DepthMemory) && !prepared.cancel.is_cancelled() {
+        prepared.geometry_info.occlusion.note(stats, prepared.plan.uses(Part::CoarseDepth));
+    }
 }
 
 /// Returns whether [`small_at_worst`] bounds the draw's working memory.

@@ -21,23 +21,26 @@ use std::sync::Arc;
 ///
 /// Also works for scenes whose camera or meshes [`super::draw_scene`] refuses.
 pub fn plan_scene(target: &Target, scene: &Scene, options: &SceneOptions) -> Plan {
-    plan_scene_for(target, scene, options, Backend::default(), 1)
+    plan_scene_for(target, scene, options, Backend::default(), 1, &|_| None)
 }
 
-/// Returns the plan of a scene for a renderer with `threads` threads.
+/// Returns the plan of a scene for a renderer with `threads` threads, which knows what `known`
+/// returns of the geometries.
 pub(crate) fn plan_scene_for(
     target: &Target,
     scene: &Scene,
     options: &SceneOptions,
     backend: Backend,
     threads: u64,
+    known: &dyn Fn(&DrawCall) -> Option<Arc<GeometryInfo>>,
 ) -> Plan {
     let calls = calls_of(scene, options);
     let (width, height) = (target.memory.width(), target.memory.height());
     let title = Title::Scene { objects: calls.len() };
     let mut plan = Plan::of_frame(title, width, height, "nothing is drawn in 3-D");
     let keeps_depth = !leaves_depth_out(&calls, options);
-    let plans: Vec<Plan> = calls.iter().map(|call| plan_call(call, target, backend, keeps_depth)).collect();
+    let plan_of = |call| plan_call(call, target, backend, keeps_depth, known(call));
+    let plans: Vec<Plan> = calls.iter().map(plan_of).collect();
     plans.iter().for_each(|own| plan.merge(own));
     if plan.uses(Part::CoarseDepth) {
         plan.set_bytes(Part::CoarseDepth, threads * HIERARCHICAL_Z_BYTES);

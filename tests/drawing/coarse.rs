@@ -3,7 +3,9 @@
 //! Guards against culling a face of which something would have been seen.
 
 use fbptr::memory::{DepthFormat, PickBuffer, VideoMemory};
-use fbptr::pipeline::{CoarseDepth, DrawStats, Part, RenderOptions, Renderer, SceneOptions, Target};
+use fbptr::pipeline::{
+    CoarseDepth, DrawStats, Part, PlanItem, RenderOptions, Renderer, SceneOptions, Target,
+};
 use fbptr::scene::{Background, Camera, LookAt, Mesh, Object, Projection, Scene, ShadeMode, shapes};
 use fbptr::simd::Level;
 use fbptr::truth::scenes::{Random, object, random};
@@ -35,6 +37,18 @@ fn renderer(level: Level, threads: usize, coarse: CoarseDepth) -> Renderer {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let options = RenderOptions::default();
     Renderer::new(RenderOptions { pool: Some(Arc::new(pool)), simd: Some(level), coarse, ..options })
+}
+
+/// Returns a frame's plan for coarse depth, its counts and its bytes.
+fn frame(renderer: &mut Renderer, scene: &Scene, size: [u32; 2]) -> (PlanItem, DrawStats, Vec<u8>) {
+    let [width, height] = size;
+    let mut memory = VideoMemory::new(width, height).unwrap();
+    let (mut depth, depth_format) = (None, DepthFormat::F32);
+    let mut target = Target { memory: &mut memory, depth: &mut depth, depth_format, ids: None };
+    let options = SceneOptions::new(width, height);
+    let plan = *renderer.plan_scene(&target, scene, &options).item(Part::CoarseDepth);
+    let stats = renderer.draw_scene(&mut target, scene, &options).unwrap();
+    (plan, stats, memory.bytes().to_vec())
 }
 
 /// Verifies that the pictures are equal; returns the number of culled faces.
@@ -130,7 +144,70 @@ fn the_plan_says_whether_hidden_faces_are_left_out_and_what_that_takes() {
     let on = item(CoarseDepth::On, DepthFormat::F32);
     assert!(on.used && on.count > 1000 && on.bytes > 3 * 256 && on.bytes < 3 * 400, "{on:?}");
     let off = item(CoarseDepth::Off, DepthFormat::F32);
-    assert!(!off.used && off.bytes == 0 && off.reason == "nobody asks for it", "{off:?}");
+    assert!(!off.used && off.bytes == 0 && off.reason == "off, on request", "{off:?}");
     let other = item(CoarseDepth::On, DepthFormat::U16);
     assert!(!other.used && other.reason.contains("f32"), "{other:?}");
+}
+
+/// Returns a knot behind a wall that leaves a part of the frame open, or beside it.
+fn wall_and_knot(is_hidden: bool) -> Scene {
+    let mut scene = heap(0);
+    scene.objects.truncate(2);
+    let [wall, knot] = &mut scene.objects[..] else { panic!("two objects") };
+    wall.model = DMat4::from_translation(DVec3::new(0.0, 0.0, if is_hidden { 2.0 } else { -5.0 }));
+    knot.model = DMat4::from_scale(DVec3::splat(0.8));
+    scene
+}
+
+#[test]
+fn what_was_hidden_before_decides_by_itself() {
+    let (hidden, mut seen) = (wall_and_knot(true), wall_and_knot(false));
+    // The same meshes, elsewhere.
+    for (there, here) in seen.objects.iter_mut().zip(&hidden.objects) {
+        there.geometry = Arc::clone(&here.geometry);
+    }
+    let faces = hidden.objects[1].geometry.mesh.triangles.len() as u64;
+    let size = [300, 200];
+    let frames: Vec<&Scene> =
+        [vec![&hidden; 3], vec![&seen; 3], vec![&hidden; 40], vec![&seen; 2]].into_iter().flatten().collect();
+    let run = |level, threads, coarse| -> Vec<_> {
+        let mut renderer = renderer(level, threads, coarse);
+        frames.iter().map(|scene| frame(&mut renderer, scene, size)).collect()
+    };
+    let off = run(Level::best(), 1, CoarseDepth::Off);
+    let auto = run(Level::best(), 1, CoarseDepth::Auto);
+    let used: Vec<bool> = auto.iter().map(|(plan, ..)| plan.used).collect();
+    let times = |n: usize, used: bool| vec![used; n];
+    let want = [
+        // Counted first; then on until the knot is seen, and off the frame after.
+        times(1, false),
+        times(3, true),
+        times(3, false),
+        // Hidden again: on, but for a frame in which it is counted anew.
+        times(32, true),
+        times(1, false),
+        times(7, true),
+        times(1, false),
+    ];
+    assert_eq!(used, want.concat());
+    for (i, ((plan, stats, bytes), (_, plain, want))) in auto.iter().zip(&off).enumerate() {
+        assert!(bytes == want, "frame {i}: other bytes");
+        assert_eq!(stats.pixels_written, plain.pixels_written, "frame {i}");
+        assert_eq!(plan.count, if plan.used { faces } else { 0 }, "frame {i}: the knot alone");
+        assert!(plan.used || stats.faces_hidden == 0, "frame {i}: {plan:?}");
+    }
+    assert!(auto[1].1.faces_hidden > faces / 4 && auto[1].1.pixels_tested < off[1].1.pixels_tested);
+    assert!(auto[0].0.reason.contains("not been drawn") && auto[1].0.reason.contains("most of the mesh"));
+    assert!(auto[4].0.reason.contains("counted again") && auto[5].0.reason.contains("little of the mesh"));
+    // The same decisions whatever draws.
+    for level in Level::ALL.into_iter().filter(|l| l.is_available()) {
+        for threads in [1, 2, 3] {
+            let other = run(level, threads, CoarseDepth::Auto);
+            for (i, ((plan, _, bytes), (want, _, want_bytes))) in other.iter().zip(&auto).enumerate() {
+                let same = |p: &PlanItem| (p.used, p.count, p.reason);
+                assert_eq!(same(plan), same(want), "frame {i}, {level:?}, {threads} threads");
+                assert!(bytes == want_bytes, "frame {i}, {level:?}, {threads} threads: other bytes");
+            }
+        }
+    }
 }

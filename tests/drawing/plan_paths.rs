@@ -162,7 +162,7 @@ fn each_face_is_drawn_by_the_path_of_its_plan() {
         let mut renderer = Renderer::new(RenderOptions {
             pool: (threads > 0).then(pool),
             path: if dice.one_in(8) { RenderPath::Plain } else { RenderPath::Fast },
-            coarse: dice.pick(&[CoarseDepth::Off, CoarseDepth::On]),
+            coarse: dice.pick(&[CoarseDepth::Off, CoarseDepth::On, CoarseDepth::Auto]),
             ..RenderOptions::default()
         });
         let mut frame =

@@ -51,6 +51,11 @@ impl Cache {
         geometry_info
     }
 
+    /// Returns the facts about a shared geometry, if they are cached.
+    pub fn known(&self, shared: &Arc<Geometry>) -> Option<Arc<GeometryInfo>> {
+        self.entries.get(&Arc::as_ptr(shared).addr()).map(|entry| Arc::clone(&entry.geometry_info))
+    }
+
     /// Returns the bytes of all facts.
     pub fn size_bytes(&self) -> usize {
         self.entries.values().map(|e| e.geometry_info.size_bytes()).sum()

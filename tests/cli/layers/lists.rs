@@ -96,7 +96,8 @@ pub const PIPELINE: Edges = &[
     ("target_rows", &["draw_call", "plan"]),
     ("preemption", &["draw_call"]),
     ("backdrop", &["draw_call", "preemption", "viewport"]),
-    ("geometry_cache", &["draw_call", "indexed_mesh", "normals"]),
+    ("occlusion_history", &["draw_call"]),
+    ("geometry_cache", &["draw_call", "indexed_mesh", "normals", "occlusion_history"]),
     ("empty_draw", &["draw_call"]),
     ("planner", &["draw_call", "geometry_cache", "light", "plan", "vertex", "working"]),
     (
@@ -185,6 +186,7 @@ pub const PIPELINE: Edges = &[
         &[
             "draw_call",
             "geometry_cache",
+            "occlusion_history",
             "ordered",
             "plan",
             "prepared_draw",
