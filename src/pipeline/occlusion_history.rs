@@ -14,6 +14,9 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering::Relaxed};
 /// Number of draws with hierarchical z between two without it.
 const DRAWS: u32 = 31;
 
+/// Fragments of a face, on average, below which the test of a face costs what its fragments do.
+const FEW_FRAGMENTS: u64 = 16;
+
 /// Number of faces up to which a mesh is drawn without hierarchical z.
 pub(crate) const FEW_FACES: u64 = 512;
 
@@ -22,7 +25,7 @@ pub(crate) const FEW_FACES: u64 = 512;
 pub(crate) enum Occlusion {
     /// It has not been drawn.
     Unknown,
-    /// Little of it was hidden.
+    /// Little of it was hidden, or its faces are small.
     Seen,
     /// Most of it was hidden a while ago.
     Outdated,
@@ -40,7 +43,7 @@ impl Occlusion {
     pub fn reason(self) -> &'static str {
         match self {
             Occlusion::Unknown => "the mesh has not been drawn yet, so it is not known what is hidden",
-            Occlusion::Seen => "little of the mesh was hidden when it was last drawn",
+            Occlusion::Seen => "little of the mesh was hidden when it was last drawn, or its faces are small",
             Occlusion::Outdated => "what is hidden of the mesh is counted again",
             Occlusion::Hidden(_) => {
                 "most of the mesh was hidden when it was last drawn: by cells of 16x8 pixels"
@@ -82,8 +85,9 @@ impl OcclusionHistory {
     /// Takes in the counts of a draw, with or without hierarchical z.
     pub fn note(&self, stats: &DrawStats, is_coarse: bool) {
         let DrawStats { pixels_tested: tested, pixels_written: written, .. } = *stats;
+        let is_small = tested < FEW_FRAGMENTS * stats.faces_drawn;
         match (is_coarse, self.get()) {
-            (false, _) if 4 * written < tested => {
+            (false, _) if 4 * written < tested && !is_small => {
                 self.tested.store(tested, Relaxed);
                 self.set(Occlusion::Hidden(DRAWS));
             }
@@ -117,7 +121,10 @@ mod tests {
             history.note(&stats(tested, written), false);
             assert_eq!(history.get(), Occlusion::Seen, "{written} of {tested}");
         }
-        history.note(&stats(1000, 249), false);
+        let small = DrawStats { faces_drawn: 63, ..stats(1000, 0) };
+        history.note(&small, false);
+        assert_eq!(history.get(), Occlusion::Seen, "its faces are small");
+        history.note(&DrawStats { faces_drawn: 62, ..stats(1000, 249) }, false);
         for left in (0..=DRAWS).rev() {
             assert_eq!(history.get(), Occlusion::Hidden(left));
             assert!(history.get().pays());

@@ -167,7 +167,7 @@ fn what_was_hidden_before_decides_by_itself() {
         there.geometry = Arc::clone(&here.geometry);
     }
     let faces = hidden.objects[1].geometry.mesh.triangles.len() as u64;
-    let size = [300, 200];
+    let size = [720, 480];
     let frames: Vec<&Scene> =
         [vec![&hidden; 3], vec![&seen; 3], vec![&hidden; 40], vec![&seen; 2]].into_iter().flatten().collect();
     let run = |level, threads, coarse| -> Vec<_> {

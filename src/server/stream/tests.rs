@@ -173,7 +173,7 @@ fn the_plan_in_stats_is_the_same_for_every_vector_level() {
     // A knot, drawn again and again behind a wall that hides most of it: coarse depth is decided by
     // itself, and leaves out other fragments on other levels.
     let mut script =
-        "LOOKAT 0 0 4 0 0 0 0 1 0\nPERSPECTIVE 1 1 9\nMESH knot KNOT 300 40\nMESH wall BOX\n".to_owned();
+        "LOOKAT 0 0 4 0 0 0 0 1 0\nPERSPECTIVE 1 1 9\nMESH knot KNOT 100 20\nMESH wall BOX\n".to_owned();
     let turns =
         ["PUSH\nTRANSLATE .4 0 1.7\nSCALE .9 3 .1\nDRAW wall\nPOP\nROTATE 1 1 0 .3\nDRAW knot\nSTATS\n"];
     turns.iter().cycle().take(6).for_each(|turn| script += &format!("CLEAR 102030\n{turn}"));
