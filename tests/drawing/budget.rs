@@ -21,7 +21,6 @@ struct Outcome {
     choice: Choice,
     /// Errors of the pixels drawn on, in ascending order.
     errors: Vec<u8>,
-    is_cheaper: bool,
 }
 
 impl Outcome {
@@ -73,7 +72,7 @@ fn outcome(case: &Case, truth: &TruthPicture, exact_depth: &[u32], choice: Choic
         }
     }
     errors.sort_unstable();
-    Outcome { max_error: choice.max_error, is_cheaper: !choice.is_exact(), choice, errors }
+    Outcome { max_error: choice.max_error, choice, errors }
 }
 
 fn words(depth: &Option<DepthMemory>, case: &Case) -> Vec<u32> {
@@ -95,37 +94,9 @@ fn keep_to(case: &Case, limits: &[f64]) -> Vec<Outcome> {
     limits.iter().map(|e| outcome(case, &truth, &exact_depth, choice(case, *e))).collect()
 }
 
-/// Returns a random scene, with random camera and modes, that is drawn by one call.
-fn whole(seed: u64) -> Case {
-    let mut case = random(seed);
-    if case.settings.transparency == Transparency::AtOnce {
-        case.settings.transparency = Transparency::AfterOpaque(Default::default());
-    }
-    // Large enough for a choice to pay.
-    (case.width, case.height, case.settings.viewport) = (3 * case.width, 3 * case.height, None);
-    // Textures in the reference may be 2 steps off where its own decision is a tie; the budget is
-    // not concerned.
-    case
-}
-
 fn check(outcome: &Outcome, name: &str) {
     let (found, max_error) = (outcome.quantile(), outcome.max_error);
     assert!(f64::from(found) <= max_error, "{name} at {max_error}: {found}\n{}", outcome.choice);
-}
-
-#[test]
-fn random_scenes_stay_within_their_budget() {
-    let (mut cheaper, mut looked_at) = (0, 0);
-    for seed in 9000..9016 {
-        let case = whole(seed);
-        for outcome in keep_to(&case, &LIMITS) {
-            check(&outcome, &case.name);
-            cheaper += usize::from(outcome.is_cheaper);
-            looked_at += usize::from(!outcome.errors.is_empty());
-        }
-    }
-    // The promise is not kept by exact drawing alone.
-    assert!(cheaper > 5 && looked_at > 50, "{cheaper} of {looked_at} are cheaper");
 }
 
 /// Returns a scene of a smooth mesh of few faces under a few lights, so that cheaper shading pays.
@@ -163,7 +134,7 @@ fn large(seed: u64) -> Case {
 #[test]
 fn what_pays_holds_for_the_whole_picture() {
     let (mut modes, mut lights) = (0, 0);
-    for seed in 1..9 {
+    for seed in 1..17 {
         let case = large(seed);
         for outcome in keep_to(&case, &LIMITS) {
             check(&outcome, &format!("seed {seed}"));

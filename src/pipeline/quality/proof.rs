@@ -22,7 +22,7 @@ pub fn prove(budget: &Budget, shapes: &mut MeshShapes) -> Choice {
     }
     let [width, height] = [budget.options.viewport.width, budget.options.viewport.height].map(f64::from);
     let camera = budget.scene.camera.unwrap_or(budget.options.camera);
-    let Some(to_clip) = shapes.to_clip(camera, width / height) else { return choice };
+    let Some(to_clip) = shapes.clip_matrix(camera, width / height) else { return choice };
     let every_light: Vec<u32> = (0..budget.scene.lights.len() as u32).collect();
     for (i, object) in budget.scene.objects.iter().enumerate() {
         let Some(mesh_box) = shapes.box_of(&object.geometry) else {

@@ -72,7 +72,7 @@ impl MeshShapes {
     }
 
     /// Returns the matrix of a camera from the world to clip space, if it has one.
-    pub(super) fn to_clip(&mut self, camera: Camera, aspect: f64) -> Option<DMat4> {
+    pub(super) fn clip_matrix(&mut self, camera: Camera, aspect: f64) -> Option<DMat4> {
         if let Some((last, last_aspect, to_clip)) = &self.last_camera
             && (*last, *last_aspect) == (camera, aspect)
         {

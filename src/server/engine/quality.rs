@@ -76,7 +76,7 @@ mod tests {
 
     /// Returns the pictures of these parts of one stream, after each of them.
     fn pictures(parts: &[&str]) -> Vec<Vec<u8>> {
-        let mut engine = Engine::new(96, 72).unwrap();
+        let mut engine = Engine::new(160, 120).unwrap();
         let mut stream = Stream::new(&engine, 1, Audience::Owner);
         let mut out = Output::default();
         let each = parts.iter().map(|part| {
@@ -88,12 +88,13 @@ mod tests {
 
     #[test]
     fn what_is_proven_of_a_mesh_pays_from_its_second_draw_on_wherever_it_is_seen_from() {
-        let scene =
-            "LOOKAT 0 0 5 0 0 0 0 1 0\nPERSPECTIVE 0.6 1 9\nLIGHT 0 DIR 0 -1 -1 1 1 1\nMESH m SPHERE 1\n";
+        let mut scene = "LOOKAT 3 3 4 0 0 0 0 1 0\nPERSPECTIVE 0.6 1 9\nMESH m BOX\n".to_owned();
+        scene += "LIGHT 0 DIR 0 -1 -1 1 1 1\n";
+        (1..8).for_each(|i| scene += &format!("LIGHT {i} DIR 0 -1 -1 0.01 0.01 0.01\n"));
         let draw = |quality: &str| format!("QUALITY {quality}\nCLEAR 000000\nDRAW m\n");
-        let (exact, cheaper) = (draw("exact"), draw("max-error 100"));
+        let (exact, cheaper) = (draw("exact"), draw("max-error 30"));
         let turned = "ROTATE 1 1 0 1\n";
-        let found = pictures(&[scene, &cheaper, &exact, &cheaper, &exact, turned, &cheaper, &exact]);
+        let found = pictures(&[&scene, &cheaper, &exact, &cheaper, &exact, turned, &cheaper, &exact]);
         assert!(found[1] == found[2], "the first draw is exact");
         assert!(found[3] != found[4], "the second is not");
         assert!(found[6] != found[7], "nor is another view");
