@@ -103,7 +103,7 @@ impl Level {
     /// Runs a kernel of long chains of dependent operations: as [`dispatch`](Level::dispatch) does,
     /// but where vectors have 8 lanes, over pairs of them.
     #[inline]
-    pub fn dispatch_long<K: Kernel>(self, kernel: K) -> K::Output {
+    pub(crate) fn dispatch_long<K: Kernel>(self, kernel: K) -> K::Output {
         #[cfg(target_arch = "x86_64")]
         if self.min(Level::best()) == Level::Avx2 {
             // SAFETY: `best` found the CPU to have every feature that the function names.

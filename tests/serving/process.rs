@@ -383,7 +383,7 @@ fn a_signal_in_the_middle_of_a_big_drawing_ends_the_server_in_order() {
         let mut process = Process::start(&arguments);
         let mut wire = Wire::connect(process.address());
         // Each draw takes a good part of a second, so that the signal comes in the middle of one.
-        let scene = format!("{state}\nLOOKAT 0 0 6 0 0 0 0 1 0\nMESH m KNOT 300 120\nSYNC made\n");
+        let scene = format!("{state}\nLOOKAT 0 0 6 0 0 0 0 1 0\nMESH m KNOT 900 240\nSYNC made\n");
         assert_eq!(wire.ask(&scene), "SYNC made\n");
         wire.send("DRAW m\n".repeat(200).as_bytes());
         std::thread::sleep(Duration::from_millis(200));
@@ -392,7 +392,7 @@ fn a_signal_in_the_middle_of_a_big_drawing_ends_the_server_in_order() {
         assert!(said.contains("fbptr: ended in the middle of DRAW: "), "{state}: {said}");
         let recording = std::fs::read(&recording).unwrap();
         let is_recorded = |line: &[u8]| recording.windows(line.len()).any(|w| w == line);
-        assert!(is_recorded(b"MESH m KNOT 300 120\n"), "{state}");
+        assert!(is_recorded(b"MESH m KNOT 900 240\n"), "{state}");
         assert_eq!(std::fs::metadata(&snap).unwrap().len(), 1280 * 720 * 4, "{state}");
     }
 }
