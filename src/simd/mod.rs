@@ -23,6 +23,7 @@ mod fill;
 mod level;
 #[cfg(all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"))]
 mod neon;
+#[cfg(any(test, target_arch = "x86_64"))]
 mod pair;
 mod pixels;
 mod portable;
