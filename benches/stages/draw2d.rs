@@ -1,5 +1,5 @@
 //! Benchmarks of the 2-D functions, each beside the plainest loop or copy with the same effect; the
-//! pictures are compared. All run on one thread, packed points on two as well.
+//! pictures are compared. All run on one thread, packed points on three as well.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use fbptr::draw2d::{self, AreaColors, Blend, Line, RampColor, Rect};
@@ -137,7 +137,7 @@ fn points(c: &mut Criterion) {
     store(&mut raw);
     let mut group = c.benchmark_group("packed points at random");
     group.throughput(Throughput::Elements(N as u64));
-    for threads in [1, 2] {
+    for threads in [1, 3] {
         let (executor, mut ours) = (Executor::of_pool(worker_pool(Some(threads))), frame());
         let draw = |m: &mut VideoMemory| {
             draw2d::points_on(&executor, m, &packed, Blend::Replace).expect("whole records");
