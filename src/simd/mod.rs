@@ -7,7 +7,7 @@
 //! kernel that treats its lanes alike gives the same bytes at every level.
 //!
 //! Safety: the token of an x86 level (and with it any vector of that level) is created only inside
-//! [`Level::dispatch`] and [`Level::dispatch_long`], after the CPU's features were checked. The trait
+//! [`Level::dispatch`] and `Level::dispatch_long`, after the CPU's features were checked. The trait
 //! `Evidence` of `x86.rs` is the contract. NEON is compiled only where every CPU of the target has it.
 #![allow(unsafe_code)]
 
