@@ -140,7 +140,7 @@ fn points(c: &mut Criterion) {
     for threads in [1, 3] {
         let (executor, mut ours) = (Executor::of_pool(worker_pool(Some(threads))), frame());
         let draw = |m: &mut VideoMemory| {
-            draw2d::points_on(&executor, m, &packed, Blend::Replace).expect("whole records");
+            draw2d::points_on(&executor, m, &packed, Blend::Replace).expect("complete records");
         };
         draw(&mut ours);
         assert!(ours.bytes() == raw.bytes(), "the pictures differ: no time is worth printing");

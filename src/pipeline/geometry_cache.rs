@@ -52,7 +52,7 @@ pub(crate) struct GeometryInfo {
     cancel: CancelToken,
     /// Budget reservation for the cached parts.
     held: Mutex<Option<Reservation>>,
-    /// How much of it was hidden when it was drawn.
+    /// Occlusion found by its draws.
     pub occlusion: OcclusionHistory,
 }
 

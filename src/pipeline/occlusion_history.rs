@@ -1,4 +1,4 @@
-//! How much of a mesh was hidden when it was drawn last, by which hierarchical z is used or not.
+//! Occlusion history of a mesh, which decides whether hierarchical z is used.
 //!
 //! In: the counts of each draw of the mesh. Out: whether the next draw is to use hierarchical z
 //! (`tile/hierarchical_z.rs`), and why. It costs where nothing is hidden, and what it leaves out is
@@ -20,7 +20,7 @@ const FEW_FRAGMENTS: u64 = 16;
 /// Number of faces up to which a mesh is drawn without hierarchical z.
 pub(crate) const FEW_FACES: u64 = 512;
 
-/// What the last draws of a mesh have shown.
+/// Result of a mesh's last draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Occlusion {
     /// It has not been drawn.

@@ -31,7 +31,7 @@ use glam::{DMat3, DVec3, DVec4};
 pub struct MeshBox {
     /// Low and high corner of the box around all positions.
     pub bounds: [DVec3; 2],
-    /// Whether no vertex colour is transparent, negative or above 1.
+    /// True if no vertex colour is transparent, negative or above 1.
     pub has_plain_colors: bool,
 }
 

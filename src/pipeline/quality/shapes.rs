@@ -1,9 +1,9 @@
-//! What is known of the meshes that a stream draws.
+//! Facts about the meshes that a stream draws, each measured once.
 //!
 //! In: the meshes of one draw after the other. Out: their boxes, and the angles between their
 //! normals, each measured once. A stream's mesh is measured the second time that it is seen, so that
 //! meshes made for one frame cost nothing. Meshes are compared by identity, and are not kept alive.
-//! Which meshes are forgotten depends on the order of the draws alone.
+//! The order of the draws alone decides which meshes are forgotten.
 
 use super::{MeshAngles, MeshBox};
 use crate::scene::{Camera, Geometry};
@@ -18,17 +18,17 @@ const KEPT: usize = 1024;
 #[derive(Debug, Default)]
 pub struct MeshShapes {
     /// By address, which is not used again while there is a `Weak` of it.
-    recent: HashMap<usize, Known>,
-    older: HashMap<usize, Known>,
+    recent: HashMap<usize, MeshEntry>,
+    older: HashMap<usize, MeshEntry>,
     measures_at_once: bool,
     measured_faces: u64,
     /// The last camera and aspect, and the matrix to clip space, which many draws share.
     last_camera: Option<(Camera, f64, Option<DMat4>)>,
 }
 
-/// Knowledge of a mesh.
+/// Measurements of a mesh.
 #[derive(Debug)]
-struct Known {
+struct MeshEntry {
     /// Keeps the address from being used again.
     _mesh: Weak<Geometry>,
     was_drawn: bool,
@@ -51,22 +51,22 @@ impl MeshShapes {
     /// Counts a draw of a mesh, and returns its box; `None` the first time that it is seen.
     pub(super) fn box_of(&mut self, geometry: &Arc<Geometry>) -> Option<MeshBox> {
         let measures_at_once = self.measures_at_once;
-        let known = self.known(geometry);
-        if known.mesh_box.is_none() && (known.was_drawn || measures_at_once) {
-            known.mesh_box = Some(MeshBox::of(&geometry.mesh));
+        let entry = self.entry(geometry);
+        if entry.mesh_box.is_none() && (entry.was_drawn || measures_at_once) {
+            entry.mesh_box = Some(MeshBox::of(&geometry.mesh));
         }
-        known.was_drawn = true;
-        known.mesh_box
+        entry.was_drawn = true;
+        entry.mesh_box
     }
 
     /// Returns the angles of a mesh, if it has any.
     pub(super) fn angles_of(&mut self, geometry: &Arc<Geometry>) -> Option<MeshAngles> {
-        let known = self.known(geometry);
-        if let Some(angles) = known.angles {
+        let entry = self.entry(geometry);
+        if let Some(angles) = entry.angles {
             return angles;
         }
         let angles = MeshAngles::of(&geometry.mesh);
-        known.angles = Some(angles);
+        entry.angles = Some(angles);
         self.measured_faces += geometry.mesh.triangles.len() as u64;
         angles
     }
@@ -84,13 +84,13 @@ impl MeshShapes {
     }
 
     /// Returns the entry of a mesh, which is a new one if the mesh is.
-    fn known(&mut self, geometry: &Arc<Geometry>) -> &mut Known {
+    fn entry(&mut self, geometry: &Arc<Geometry>) -> &mut MeshEntry {
         let address = Arc::as_ptr(geometry) as usize;
         if self.recent.len() >= KEPT {
             self.older = std::mem::take(&mut self.recent);
         }
         let new =
-            || Known { _mesh: Arc::downgrade(geometry), was_drawn: false, mesh_box: None, angles: None };
+            || MeshEntry { _mesh: Arc::downgrade(geometry), was_drawn: false, mesh_box: None, angles: None };
         self.recent.entry(address).or_insert_with(|| self.older.remove(&address).unwrap_or_else(new))
     }
 }

@@ -16,6 +16,32 @@ fn play(script: &[u8], pieces: usize, audience: Audience) -> (Engine, Output) {
     (engine, out)
 }
 
+/// Plays a script in pieces of so many bytes on a frame of 280x190 pixels, and returns its replies.
+fn replies_of(script: &str, threads: usize, pieces: usize, pace: Pace) -> String {
+    let mut engine = Engine::new(280, 190).unwrap();
+    let pool = crate::server::worker_pool(Some(threads));
+    let options = crate::pipeline::RenderOptions { pool, ..Default::default() };
+    engine.set_renderer(crate::pipeline::Renderer::new(options));
+    let mut stream = Stream::new(&engine, 1, Audience::Connection);
+    let mut out = Output::default();
+    for piece in script.as_bytes().chunks(pieces) {
+        let mut used = 0;
+        while used < piece.len() {
+            let budget = Budget { pace, ..Budget::NONE };
+            used += stream.feed(&mut engine, &piece[used..], &mut out, budget).0;
+        }
+    }
+    String::from_utf8(out.replies).unwrap()
+}
+
+/// Returns a generator of numbers below a limit.
+fn numbers(mut state: u32) -> impl FnMut(u32) -> u32 {
+    move |n| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) % n
+    }
+}
+
 #[test]
 fn any_size_of_pieces_gives_the_same_answers() {
     let mut script = b"PX 1 1 ff0000\nOFFSET 2 2\nPX 1 1 00ff00\nPX 1 1\nLINE 0 0 9 5 0000ff\n".to_vec();
@@ -51,11 +77,7 @@ fn an_error_behind_lines_is_reported_as_behind_any_verb_that_is_not_pixelflut() 
 #[test]
 fn lines_drawn_together_are_drawn_in_their_turn() {
     let mut script = String::new();
-    let mut state = 9u32;
-    let mut next = |n: u32| {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (state >> 8) % n
-    };
+    let mut next = numbers(9);
     for i in 0..6000 {
         let [a, b, c, d] = [300, 200, 300, 200].map(&mut next);
         let color = next(1 << 24);
@@ -70,22 +92,7 @@ fn lines_drawn_together_are_drawn_in_their_turn() {
         };
     }
     script += "CRC\nSTATS\n";
-    let run = |threads: usize, pieces: usize, pace: Pace| {
-        let mut engine = Engine::new(280, 190).unwrap();
-        let pool = crate::server::worker_pool(Some(threads));
-        let options = crate::pipeline::RenderOptions { pool, ..Default::default() };
-        engine.set_renderer(crate::pipeline::Renderer::new(options));
-        let mut stream = Stream::new(&engine, 1, Audience::Connection);
-        let mut out = Output::default();
-        for piece in script.as_bytes().chunks(pieces) {
-            let mut used = 0;
-            while used < piece.len() {
-                let budget = Budget { pace, ..Budget::NONE };
-                used += stream.feed(&mut engine, &piece[used..], &mut out, budget).0;
-            }
-        }
-        String::from_utf8(out.replies).unwrap()
-    };
+    let run = |threads, pieces, pace| replies_of(&script, threads, pieces, pace);
     let one_by_one = run(1, 1000, Pace::OneCommand);
     assert!(one_by_one.matches("CRC").count() == 7, "{one_by_one}");
     for (threads, pieces) in [(1, usize::MAX), (2, usize::MAX), (3, 65_536), (2, 999)] {
@@ -98,11 +105,7 @@ fn small_draws_drawn_together_are_drawn_in_their_turn() {
     let mut script = "LIGHT 0 DIR -1 -1 -1 1 1 1\nAMBIENT 1 1 1\nLOOKAT 0 0 6 0 0 0 0 1 0\n\
         MESH box BOX 0.6 0.5 0.4\nMESH cone CONE\nMESH knot KNOT 60 9\nCLEAR 102030\n"
         .to_owned();
-    let mut state = 5u32;
-    let mut next = |n: u32| {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (state >> 8) % n
-    };
+    let mut next = numbers(5);
     for i in 0..2500 {
         let [x, y, z] = [(); 3].map(|()| f64::from(next(600)) / 150.0 - 2.0);
         let [r, g, b] = [(); 3].map(|()| f64::from(next(100)) / 100.0);
@@ -137,21 +140,8 @@ fn small_draws_drawn_together_are_drawn_in_their_turn() {
     }
     script += "CRC\nSTATS\n";
     let run = |threads: usize, pieces: usize, pace: Pace| {
-        let mut engine = Engine::new(280, 190).unwrap();
-        let pool = crate::server::worker_pool(Some(threads));
-        let options = crate::pipeline::RenderOptions { pool, ..Default::default() };
-        engine.set_renderer(crate::pipeline::Renderer::new(options));
-        let mut stream = Stream::new(&engine, 1, Audience::Connection);
-        let mut out = Output::default();
-        for piece in script.as_bytes().chunks(pieces) {
-            let mut used = 0;
-            while used < piece.len() {
-                let budget = Budget { pace, ..Budget::NONE };
-                used += stream.feed(&mut engine, &piece[used..], &mut out, budget).0;
-            }
-        }
         // The memory that draws leave behind depends on how they are drawn.
-        let text = String::from_utf8(out.replies).unwrap();
+        let text = replies_of(&script, threads, pieces, pace);
         let words = |line: &str| match line.strip_prefix("STATS") {
             Some(_) => line.split(' ').filter(|word| !word.contains("memory")).collect::<Vec<_>>().join(" "),
             None => line.to_owned(),
