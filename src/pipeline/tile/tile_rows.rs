@@ -23,6 +23,7 @@ use crate::memory::{DepthCells, NOT_PICKED};
 use crate::pipeline::draw_call::{CoarseDepth, DrawStats};
 use crate::pipeline::preemption::Slice;
 use crate::simd::Level;
+use std::cell::Cell;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering::Relaxed};
 
@@ -126,8 +127,9 @@ pub(crate) fn for_each_tile_row(
         pick_clear: &mut frame.pick.pending_clear[pick_rows],
     };
     let work = |band: usize, mut buffers: TileRowBuffers<'_>| {
-        let mut ids = AtLine([NO_FACE; _]);
+        let mut ids = IDS.take().unwrap_or_else(|| Box::new(AtLine([NO_FACE; _])));
         work(band, &mut buffers, &mut ids.0);
+        IDS.set(Some(ids));
     };
     share(executor, first..last + 1, buffers, &work);
     (top as u32, bottom as u32)
@@ -350,6 +352,12 @@ fn clear_pending<T: Copy>(
 /// Face ids of a tile, aligned to a cache line: a vector that straddles two lines costs twice.
 #[repr(align(64))]
 struct AtLine(Ids);
+
+thread_local! {
+    /// Face ids that the thread's last row of tiles has reset to [`NO_FACE`]; none after a panic.
+    /// Setting all of them would cost a small draw more than its pixels.
+    static IDS: Cell<Option<Box<AtLine>>> = const { Cell::new(None) };
+}
 
 /// Copies 16-bit words of the given columns, row by row, to a tile's buffer.
 fn widen(from: &[u16], width: usize, columns: Range<i32>, to: &mut Ids) {
