@@ -20,7 +20,7 @@ pub enum Level {
     Neon,
     /// 8 lanes (x86-64 with AVX2, BMI1, BMI2, LZCNT, POPCNT).
     Avx2,
-    /// 16 lanes (x86-64 with AVX-512 F, BW, DQ, VL, CD).
+    /// 16 lanes (x86-64 with AVX-512 F, BW, DQ, VL, CD; compiled by the feature `avx512`).
     Avx512,
 }
 
@@ -28,7 +28,7 @@ impl Level {
     /// Every level, from narrow to wide.
     pub const ALL: [Level; 4] = [Level::Portable, Level::Neon, Level::Avx2, Level::Avx512];
 
-    /// Returns the widest level that this CPU has; detected once.
+    /// Returns the widest available level; detected once.
     pub fn best() -> Level {
         static BEST: OnceLock<Level> = OnceLock::new();
         *BEST.get_or_init(|| {
@@ -36,7 +36,7 @@ impl Level {
         })
     }
 
-    /// Returns whether this CPU can run the level.
+    /// Returns whether this CPU can run the level, and it is compiled.
     pub fn is_available(self) -> bool {
         match self {
             Level::Portable => true,
@@ -48,7 +48,7 @@ impl Level {
                     && std::is_x86_feature_detected!("lzcnt")
                     && std::is_x86_feature_detected!("popcnt")
             }
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(all(target_arch = "x86_64", feature = "avx512"))]
             Level::Avx512 => {
                 std::is_x86_feature_detected!("avx512f")
                     && std::is_x86_feature_detected!("avx512bw")
@@ -59,7 +59,9 @@ impl Level {
             // Part of the target, not detected.
             Level::Neon => HAS_NEON,
             #[cfg(not(target_arch = "x86_64"))]
-            Level::Avx2 | Level::Avx512 => false,
+            Level::Avx2 => false,
+            #[cfg(not(all(target_arch = "x86_64", feature = "avx512")))]
+            Level::Avx512 => false,
         }
     }
 
@@ -78,12 +80,13 @@ impl Level {
         Self::ALL.into_iter().find(|l| l.as_str().eq_ignore_ascii_case(name))
     }
 
-    /// Runs `kernel` at this level, or at the widest level below it that this CPU has.
+    /// Runs `kernel` at this level, or at the widest available level below it.
     #[inline]
     pub fn dispatch<K: Kernel>(self, kernel: K) -> K::Output {
         #[cfg(target_arch = "x86_64")]
         {
             let level = self.min(Level::best());
+            #[cfg(feature = "avx512")]
             if level == Level::Avx512 {
                 // SAFETY: `best` found the CPU to have every feature that the function names.
                 return unsafe { super::avx512::run(kernel) };

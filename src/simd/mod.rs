@@ -1,8 +1,9 @@
 //! SIMD vectors of 16, 8 or 4 lanes.
 //!
 //! A kernel is written once, over the trait [`Simd`], and run at a [`Level`] that is chosen once at
-//! start from the features of the CPU: AVX-512 (16 lanes), AVX2 (8 lanes), NEON (4 lanes), or
-//! portable arrays (4 lanes), which are the scalar reference for the others. Every operation is exact
+//! start from the features of the CPU: AVX-512 (16 lanes, with the crate's feature `avx512`), AVX2
+//! (8 lanes), NEON (4 lanes), or portable arrays (4 lanes), which are the scalar reference for the
+//! others. Every operation is exact
 //! or correctly rounded, in a fixed order, without FMA and without approximate reciprocals, so a
 //! kernel that treats its lanes alike gives the same bytes at every level.
 //!
@@ -14,7 +15,7 @@
 pub mod allocator;
 #[cfg(target_arch = "x86_64")]
 mod avx2;
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", feature = "avx512"))]
 mod avx512;
 #[cfg(target_arch = "x86_64")]
 pub mod bytes;

@@ -7,20 +7,22 @@
 //! accepted. Out: a [`Record`] for each, in order.
 //!
 //! Three versions with equal results for every input: `portable` in words of eight bytes and
-//! `avx2`, vectors of sixteen bytes where the CPU has AVX2, a line at a time; `avx512`, AVX-512,
-//! four lines at a time, which leaves what it does not accept to the others. The CPU is queried at
-//! each call, which costs a load.
+//! `avx2`, vectors of sixteen bytes where the CPU has AVX2, a line at a time; `avx512`, AVX-512 with
+//! the crate's feature of that name, four lines at a time, which leaves what it does not accept to
+//! the others. The CPU is queried at each call, which costs a load.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", feature = "avx512"))]
 mod avx512;
 mod portable;
 #[cfg(test)]
 mod tests;
 
 #[cfg(target_arch = "x86_64")]
-use crate::simd::bytes::{Avx2Bytes, Avx512Bytes};
+use crate::simd::bytes::Avx2Bytes;
+#[cfg(all(target_arch = "x86_64", feature = "avx512"))]
+use crate::simd::bytes::Avx512Bytes;
 
 /// Decoded pixel: x and y as u16 little-endian, r, g, b, a.
 pub type Record = [u8; 8];
@@ -124,16 +126,16 @@ fn full_windows(bytes: &[u8], most: u64, each: &mut impl FnMut(u16, u16, [u8; 4]
 /// Returns whether `bytes` are enough, and the CPU able, to read four lines at a time.
 #[inline]
 fn is_wide(bytes: &[u8]) -> bool {
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(all(target_arch = "x86_64", feature = "avx512"))]
     return bytes.len() >= avx512::LEAST_BYTES && Avx512Bytes::is_available();
-    #[cfg(not(target_arch = "x86_64"))]
+    #[cfg(not(all(target_arch = "x86_64", feature = "avx512")))]
     return bytes.len() == usize::MAX;
 }
 
 /// Reads lines four at a time, if the CPU can; returns the bytes and lines read.
 #[inline]
 fn read_by_four(bytes: &[u8], emit: &mut impl FnMut(&[Record])) -> (usize, u64) {
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(all(target_arch = "x86_64", feature = "avx512"))]
     if let Some(read) = Avx512Bytes::run(avx512::PixelRecords { bytes, emit: &mut *emit }) {
         return read;
     }

@@ -38,7 +38,7 @@ fn vectors(_: &[u8]) -> Option<Heard> {
     None
 }
 
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", feature = "avx512"))]
 fn wide(bytes: &[u8]) -> Option<Heard> {
     let read = |bytes: &[u8], mut emit: &mut dyn FnMut(&[Record])| {
         Avx512Bytes::run(avx512::PixelRecords { bytes, emit: &mut emit }).expect("AVX-512")
@@ -46,7 +46,7 @@ fn wide(bytes: &[u8]) -> Option<Heard> {
     Avx512Bytes::is_available().then(|| heard_records(read, bytes))
 }
 
-#[cfg(not(target_arch = "x86_64"))]
+#[cfg(not(all(target_arch = "x86_64", feature = "avx512")))]
 fn wide(_: &[u8]) -> Option<Heard> {
     None
 }
