@@ -63,7 +63,7 @@ impl ReportArgs {
                 Err(error) => return error.say(),
             };
             report.sections.extend(peers);
-            let machine = machine(if self.quick { "fbptr report --quick" } else { "fbptr report" });
+            let machine = machine(&self.command());
             let json = format!("{:#}\n", write::json(&report, &machine));
             let files = vec![
                 ("report.md", write::markdown(&report, &machine)),
@@ -88,6 +88,21 @@ impl ReportArgs {
 }
 
 impl ReportArgs {
+    /// Returns the command, with the names of its files alone.
+    fn command(&self) -> String {
+        let (simd, threads) = self.drawing.level_and_threads();
+        let quick = if self.quick { " --quick" } else { "" };
+        let simd = simd.map_or(String::new(), |level| format!(" --simd {}", level.as_str()));
+        let threads = threads.map_or(String::new(), |threads| format!(" --threads {threads}"));
+        let named = |option: &str, path: &PathBuf| {
+            let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
+            format!(" --{option} {}", name.unwrap_or_default())
+        };
+        let scenes: String = self.scene.iter().map(|path| named("scene", path)).collect();
+        let peers = self.peers.as_ref().map_or(String::new(), |path| named("peers", path));
+        format!("fbptr report{quick}{simd}{threads}{scenes}{peers}")
+    }
+
     /// Reads the section of other programs, if there is one.
     fn peers(&self) -> Result<Option<Section>, SceneError> {
         let read = |path: &PathBuf| {

@@ -15,7 +15,7 @@ use std::sync::Arc;
 /// Reflection that asks for light and shows none of it.
 const UNSEEN: f64 = 1e-9;
 /// Distance at which fog that nobody sees is complete.
-const BEYOND: f64 = 1e30;
+const BEYOND: f64 = 1e12;
 
 /// Returns the scene and the options with every stage that keeps the picture.
 pub fn all_stages(scene: &Scene, options: &SceneOptions) -> (Scene, SceneOptions) {

@@ -190,7 +190,7 @@ impl fmt::Display for Bill {
         writeln!(
             f,
             "bill: this frame in {median:.3} ms ({low:.3} to {high:.3}, {} draws); {} bytes kept by the renderer, at most {} planned",
-            self.frame.samples * self.frame.runs,
+            self.frame.samples() * self.frame.runs,
             self.working_bytes[0],
             self.working_bytes[1]
         )?;
@@ -240,7 +240,7 @@ mod tests {
 
     #[test]
     fn times_within_the_spread_are_not_told_apart() {
-        let timing = |quartiles_s| Timing { quartiles_s, samples: 30, runs: 1 };
+        let timing = |[low, median, high]: [f64; 3]| Timing::of(&[low, low, median, high, high], 1);
         let [a, b, c] = [[1.0, 2.0, 3.0], [2.5, 3.5, 4.5], [4.0, 5.0, 6.0]].map(timing);
         assert_eq!(
             (difference(&a, &b), difference(&a, &c), difference(&c, &a)),

@@ -1,7 +1,8 @@
 //! Coverage: gaps and double hits in a mesh that tiles the frame, by the renderer and by other
 //! methods.
 
-use super::coverage_drawn::{Hits, Meshes};
+use super::clock::Work;
+use super::coverage_drawn::{DrawnMesh, Hits};
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
 use crate::math::coverage::{PixelRect, SnappedTriangle};
 use crate::truth::scenes::Random;
@@ -179,14 +180,6 @@ fn near_segment([a, b]: [[f64; 2]; 2], reach: f64, clip: PixelRect, hit: Hit) {
     }
 }
 
-/// Way to find the owner of every pixel.
-enum Finder {
-    /// The renderer, from its bytes.
-    Renderer,
-    /// A way for comparison.
-    Walk(Way),
-}
-
 /// Part of the frame that a mesh is drawn on, with the mesh.
 struct Subject {
     name: &'static str,
@@ -301,20 +294,28 @@ fn rows(effort: &Effort) -> Vec<Row> {
         because: "neighbours share their snapped edges, and the fill rule",
     };
     type Off = fn(&Corners) -> f64;
-    let ways: [(&str, Finder, Off, Standing); 4] = [
-        ("the renderer, 1/256 pixel", Finder::Renderer, off_by_grid::<256>, Standing::Default),
-        ("exact, 1/16 pixel", Finder::Walk(snapped_to_16), off_by_grid::<16>, Standing::Comparison),
-        ("exact, whole pixels", Finder::Walk(snapped_to_1), off_by_grid::<1>, Standing::Comparison),
-        ("edge functions in f32", Finder::Walk(edges_f32), off_by_f32, Standing::Comparison),
+    let ways: [(&str, Option<Way>, Off, Standing); 4] = [
+        ("the renderer, 1/256 pixel", None, off_by_grid::<256>, Standing::Default),
+        ("exact, 1/16 pixel", Some(snapped_to_16), off_by_grid::<16>, Standing::Comparison),
+        ("exact, whole pixels", Some(snapped_to_1), off_by_grid::<1>, Standing::Comparison),
+        ("edge functions in f32", Some(edges_f32), off_by_f32, Standing::Comparison),
     ];
     let mut rows = Vec::new();
     for subject in Subject::all(effort) {
         let owners = subject.owners();
-        for (name, finder, off_by, standing) in &ways {
-            let (hits, timing) = match finder {
-                Finder::Renderer => Meshes::new(&subject.mesh, subject.clip).hits(effort),
-                Finder::Walk(way) => effort.run(|| subject.walked(*way)),
-            };
+        let mut drawn = DrawnMesh::new(effort, &subject.mesh, subject.clip);
+        let subject = &subject;
+        // The renderer's hits are read from its bytes, beside the clock.
+        let mut works: Vec<Work<Option<Hits>>> = vec![Box::new(|| {
+            drawn.draw();
+            None
+        })];
+        for walk in ways.iter().filter_map(|way| way.1) {
+            works.push(Box::new(move || Some(subject.walked(walk))));
+        }
+        let found = effort.run_in_turns(works);
+        for ((name, _, off_by, standing), (hits, timing)) in ways.iter().zip(found) {
+            let hits = hits.unwrap_or_else(|| drawn.hits(effort));
             let near = subject.near_edges(*off_by);
             let because =
                 "centres nearer to an edge than it may move: half a diagonal of the grid, or f32's rounding";

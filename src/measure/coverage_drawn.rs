@@ -4,7 +4,6 @@
 //! that the bytes of a half transparent drawing show, and the owner that those of an opaque one
 //! name. Promise: nothing but the bytes of the frame is read.
 
-use super::clock::Timing;
 use super::coverage::Corners;
 use super::experiment::Effort;
 use super::picture::BenchFrame;
@@ -17,15 +16,16 @@ use glam::DVec3;
 pub(super) type Hits = Vec<(u32, u32)>;
 
 /// One mesh as two scenes: colours that name its faces, and white that is half transparent.
-pub(super) struct Meshes {
-    side: u32,
+pub(super) struct DrawnMesh {
     named: Scene,
     counted: Scene,
+    /// Frame of the first scene.
+    owners: BenchFrame,
 }
 
-impl Meshes {
+impl DrawnMesh {
     /// Creates the scenes under a parallel camera whose window is the square of the frame.
-    pub fn new(triangles: &[Corners], clip: PixelRect) -> Meshes {
+    pub fn new(effort: &Effort, triangles: &[Corners], clip: PixelRect) -> DrawnMesh {
         let window = [clip.x0, clip.x1, -clip.y1, -clip.y0].map(f64::from);
         let look_at = LookAt { eye: DVec3::ZERO, reference: DVec3::NEG_Z, up: DVec3::Y };
         let camera = Camera { look_at, projection: Projection::Ortho { window, near: 0.5, far: 9.5 } };
@@ -53,16 +53,22 @@ impl Meshes {
         let mut counted = named.clone();
         counted.materials = vec![unlit(DVec3::ONE, 0.5)];
         counted.polygons.iter_mut().for_each(|p| p.material = 0);
-        Meshes { side: (clip.x1 - clip.x0) as u32, named: scene(named), counted: scene(counted) }
+        let side = (clip.x1 - clip.x0) as u32;
+        let owners = BenchFrame::new(effort.renderer(), side, side);
+        DrawnMesh { named: scene(named), counted: scene(counted), owners }
     }
 
-    /// Draws both scenes, and times the first.
-    pub fn hits(&self, effort: &Effort) -> (Hits, Option<Timing>) {
-        let frame = || BenchFrame::new(effort.renderer(), self.side, self.side);
-        let (mut owners, mut counts) = (frame(), frame());
-        let ((), timing) = effort.run(|| owners.draw(&self.named));
+    /// Draws the scene whose colours name the faces.
+    pub fn draw(&mut self) {
+        self.owners.draw(&self.named);
+    }
+
+    /// Draws the other scene, after the first. Returns what the bytes of both tell.
+    pub fn hits(&self, effort: &Effort) -> Hits {
+        let memory = &self.owners.memory;
+        let mut counts = BenchFrame::new(effort.renderer(), memory.width(), memory.height());
         counts.draw(&self.counted);
-        let pairs = owners.memory.bytes().chunks_exact(4).zip(counts.memory.bytes().chunks_exact(4));
+        let pairs = memory.bytes().chunks_exact(4).zip(counts.memory.bytes().chunks_exact(4));
         let hits = pairs.map(|(owner, count)| {
             let name = u32::from_le_bytes([owner[2], owner[1], owner[0], 0]);
             // White at 1/2 over black: 0, 128, 191 or more.
@@ -73,6 +79,6 @@ impl Meshes {
             };
             (count, name.wrapping_sub(1))
         });
-        (hits.collect(), timing)
+        hits.collect()
     }
 }

@@ -1,7 +1,7 @@
 //! Depth formats: the smallest separation that each keeps in order, compared with theory.
 
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
-use super::picture::BenchFrame;
+use super::picture::{BenchFrame, drawn_in_turns};
 use crate::memory::DepthFormat;
 use crate::scene::{Camera, Corner, Cull, LightingModel, LookAt, Material, Mesh, NONE, Projection, Scene};
 use crate::truth::scenes::{Case, Random, object};
@@ -137,6 +137,23 @@ impl Pairs {
         }
     }
 
+    /// Draws smaller and smaller separations, from eight times the theory down, until a pair is lost.
+    fn search(&self, effort: &Effort, range: Range, format: DepthFormat) -> Search {
+        let (width, height) = (self.columns * self.cell, self.rows * self.cell);
+        let mut frame = BenchFrame::new(effort.renderer(), width, height);
+        let mut search = Search::new();
+        let first = (-4.0 * libm::log2(8.0 * range.theory(format))).floor().max(4.0) as i32;
+        for k in first.. {
+            let separation = libm::exp2(-f64::from(k) / 4.0);
+            frame.draw_case(&self.case(range, format, separation));
+            search.push((separation, self.lost(frame.memory.bytes())));
+            if search.last().is_some_and(|(_, lost)| *lost > 0) {
+                break;
+            }
+        }
+        search
+    }
+
     /// Counts the pairs of a picture whose middle is not white.
     fn lost(&self, bytes: &[u8]) -> usize {
         let middle = |i: u32| {
@@ -195,23 +212,12 @@ fn rows(effort: &Effort) -> Vec<Row> {
     let mut rows = Vec::new();
     for range in Range::all() {
         let pairs = Pairs::new(effort, 1974 + range.decade as u64);
-        for format in DepthFormat::ALL {
+        let searches = DepthFormat::ALL.map(|format| pairs.search(effort, range, format));
+        let formats = DepthFormat::ALL.into_iter().zip(&searches);
+        let at_kept = |(format, search)| pairs.case(range, format, kept(search).min(0.5));
+        let cases: Vec<Case> = formats.clone().map(at_kept).collect();
+        for ((format, search), (bytes, timing)) in formats.zip(drawn_in_turns(effort, &cases)) {
             let theory = range.theory(format);
-            let (width, height) = (pairs.columns * pairs.cell, pairs.rows * pairs.cell);
-            let mut frame = BenchFrame::new(effort.renderer(), width, height);
-            let mut search = Search::new();
-            // From eight times the theory down.
-            let first = (-4.0 * libm::log2(8.0 * theory)).floor().max(4.0) as i32;
-            for k in first.. {
-                let separation = libm::exp2(-f64::from(k) / 4.0);
-                frame.draw_case(&pairs.case(range, format, separation));
-                search.push((separation, pairs.lost(frame.memory.bytes())));
-                if search.last().is_some_and(|(_, lost)| *lost > 0) {
-                    break;
-                }
-            }
-            let timed = pairs.case(range, format, kept(&search).min(0.5));
-            let ((), timing) = effort.run(|| frame.draw_case(&timed));
             let judge = |search: &Search| vec![kept(search), theory, kept(search) / theory];
             let mutate = |search: &mut Search, bound: &Bound| {
                 search
@@ -223,8 +229,8 @@ fn rows(effort: &Effort) -> Vec<Row> {
             let standing = if is_default { Standing::Default } else { Standing::Mode };
             let subject = format!("near : far = 1 : 1e{}", range.decade);
             let key = (&subject[..], format.as_str(), standing);
-            let row = Row::judged(effort, key, &search, vec![bound(format, theory)], judge, mutate);
-            rows.push(row.timed(timing, f64::from(width) * f64::from(height)));
+            let row = Row::judged(effort, key, search, vec![bound(format, theory)], judge, mutate);
+            rows.push(row.timed(timing, (bytes.len() / 4) as f64));
         }
     }
     rows

@@ -1,6 +1,6 @@
 //! Experiments and the rows of their tables.
 
-use super::clock::{self, Timing};
+use super::clock::{self, Timing, Work};
 use crate::pipeline::{RenderOptions, Renderer};
 use crate::server::worker_pool;
 use crate::simd::Level;
@@ -71,6 +71,18 @@ impl Effort {
             }
         }
     }
+
+    /// Runs the works of a subject's rows. Returns their outputs, each with its timing if times are
+    /// taken: in turns, so that they can be compared.
+    pub(super) fn run_in_turns<T>(&self, works: Vec<Work<'_, T>>) -> Vec<(T, Option<Timing>)> {
+        match self.time_per_row {
+            None => works.into_iter().map(|mut work| (work(), None)).collect(),
+            Some(budget) => {
+                let timed = clock::in_turns(budget, works).into_iter();
+                timed.map(|(output, timing)| (output, Some(timing))).collect()
+            }
+        }
+    }
 }
 
 /// Promised limit of one error column.
@@ -113,7 +125,7 @@ pub struct Row {
     pub mutants: Vec<f64>,
     /// False if this machine cannot run the alternative: there are no errors, bounds and times.
     pub is_run: bool,
-    /// Timing of one run, if it was timed.
+    /// Timing of one run, if it was timed: in turns with the other rows of its subject.
     pub timing: Option<Timing>,
     /// Units of work in one run (see [`Experiment::unit`]).
     pub work: f64,
@@ -210,8 +222,22 @@ impl Row {
 
     /// Returns the timing, unless the row is out of bounds, was not timed, or is too short for the
     /// clock.
-    fn shown_timing(&self) -> Option<Timing> {
-        self.timing.filter(|timing| self.is_within_bounds() && timing.is_measurable())
+    fn shown_timing(&self) -> Option<&Timing> {
+        self.timing.as_ref().filter(|timing| self.is_within_bounds() && timing.is_measurable())
+    }
+
+    /// Returns first quartile, median and third quartile of the row's time a unit over that of
+    /// another row of its subject, round by round; `None` if one of them shows no time.
+    pub fn time_over(&self, other: &Row) -> Option<[f64; 3]> {
+        let ratios = self.shown_timing()?.over(other.shown_timing()?);
+        Some(ratios.map(|ratio| ratio * other.work / self.work))
+    }
+
+    /// Returns whether the row is plainly faster than another of its subject: by a tenth or more in
+    /// the median round, and at all in three of four.
+    pub fn is_plainly_faster(&self, other: &Row) -> Option<bool> {
+        let [_, median, high] = self.time_over(other)?;
+        Some(median < 0.9 && high < 1.0)
     }
 
     /// Returns the median of the nanoseconds per unit of work, or `None` if the row is out of

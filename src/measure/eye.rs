@@ -1,5 +1,6 @@
 //! Speed of the N-dimensional eye on several threads, with identical pictures.
 
+use super::clock::Work;
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
 use super::fibre_fan::{shown, spread};
 use super::memory;
@@ -116,12 +117,13 @@ fn rows(effort: &Effort) -> Vec<Row> {
     for (subject, scene) in &subjects(effort) {
         let compared = spread(scene.pixel_count());
         let truth = see::<DoubleDouble>(scene, compared.iter().copied());
-        let drawn = [1, 2, 3].map(|threads| {
+        let work = |threads| -> Work<EyePicture> {
             let pool = pool(threads);
-            (threads, effort.run(|| draw(scene, &pool)))
-        });
-        for (i, (threads, (picture, timing))) in drawn.iter().enumerate() {
-            let (_, (other, _)) = &drawn[(i + 1) % drawn.len()];
+            Box::new(move || draw(scene, &pool))
+        };
+        let drawn = effort.run_in_turns([1, 2, 3].map(work).into());
+        for (i, (picture, timing)) in drawn.iter().enumerate() {
+            let (threads, (other, _)) = (i + 1, &drawn[(i + 1) % drawn.len()]);
             let output = (shown(picture, &compared), pixels_unlike(picture, other));
             let judge = |(seen, unlike): &Output| {
                 let off = seen.iter().zip(&truth).filter(|(a, b)| !is_alike(a, b)).count();
@@ -135,12 +137,12 @@ fn rows(effort: &Effort) -> Vec<Row> {
                     *unlike = pixels_unlike(&wrong, other);
                 }
             };
-            let is_default = *threads == usual_threads().min(3);
+            let is_default = threads == usual_threads().min(3);
             let standing = if is_default { Standing::Default } else { Standing::Mode };
-            let name = if *threads == 1 { "1 thread".into() } else { format!("{threads} threads") };
+            let name = if threads == 1 { "1 thread".into() } else { format!("{threads} threads") };
             let row =
                 Row::judged(effort, (subject, &name, standing), &output, bounds.to_vec(), judge, mutate);
-            rows.push(row.timed(*timing, picture.facet.len() as f64));
+            rows.push(row.timed(timing.clone(), picture.facet.len() as f64));
         }
     }
     rows

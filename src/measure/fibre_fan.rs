@@ -1,5 +1,6 @@
 //! The N-dimensional eye: a fan of rays compared with the exact fibre.
 
+use super::clock::Work;
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
 use crate::executor::Executor;
 use crate::eye::{EyePicture, EyeScene, Fibre, MISS, render_with};
@@ -178,8 +179,10 @@ fn rows(effort: &Effort) -> Vec<Row> {
         let truth = see::<DoubleDouble>(scene, compared.iter().copied());
         // A fan has as many rays as the power of its size to the number of hidden axes.
         let hidden = scene.hidden_dim();
-        for (name, fibre) in ways.into_iter().filter(|(_, fibre)| rays(*fibre, hidden) <= 2_000) {
-            let (picture, timing) = effort.run(|| draw(fibre));
+        let ways: Vec<_> = ways.into_iter().filter(|(_, fibre)| rays(*fibre, hidden) <= 2_000).collect();
+        let work = |&(_, fibre): &(_, Fibre)| Box::new(move || draw(fibre)) as Work<EyePicture>;
+        let drawn = effort.run_in_turns(ways.iter().map(work).collect());
+        for ((name, fibre), (picture, timing)) in ways.into_iter().zip(drawn) {
             let (standing, bounds) = match fibre {
                 Fibre::Exact => (Standing::Default, exact_bounds()),
                 Fibre::Fan(_) => {

@@ -125,10 +125,10 @@ fn rows(effort: &Effort) -> Vec<Row> {
     for (subject, objects) in subjects(effort) {
         let exact = picture::truth(&case(effort, &objects, HiddenSurface::ZBuffer, None));
         let covered = exact.depths().iter().filter(|z| **z < 1.0).count().max(1);
-        for (name, hide, cull, bounds) in &ways {
-            let case = case(effort, &objects, *hide, *cull);
-            let own = picture::truth(&case);
-            let (found, timing) = picture::drawn_as_usual(effort, &case);
+        let cases = ways.each_ref().map(|(_, hide, cull, _)| case(effort, &objects, *hide, *cull));
+        let drawn = picture::drawn_in_turns(effort, &cases);
+        for (((name, hide, _, bounds), case), (found, timing)) in ways.iter().zip(&cases).zip(drawn) {
+            let own = picture::truth(case);
             let judge = |found: &Vec<u8>| {
                 let e = compare_bytes(case.width as usize, found, &nearest_bytes(&exact, found));
                 let own = compare_bytes(case.width as usize, found, &nearest_bytes(&own, found));

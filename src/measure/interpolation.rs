@@ -1,7 +1,8 @@
 //! Interpolation of texture coordinates across a wall in perspective.
 
+use super::clock::Work;
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
-use super::picture::{BenchFrame, truth_pixels};
+use super::picture::{drawn_in_turns, truth_pixels};
 use crate::memory::DepthFormat;
 use crate::scene::{
     Camera, Corner, Cull, Filter, Interpolation, LightingModel, LookAt, Material, Mesh, NONE, Projection,
@@ -211,20 +212,23 @@ fn rows(effort: &Effort) -> Vec<Row> {
             let judge = |texels: &Vec<u32>| errors_of(wall, texels);
             Row::judged(effort, (&subject, name, standing), texels, vec![bound], judge, mutate)
         };
-        for (mode, standing, bound) in modes(far) {
-            let case = wall.case(mode);
-            let mut frame = BenchFrame::new(effort.renderer(), case.width, case.height);
-            let ((), timing) = effort.run(|| frame.draw_case(&case));
-            let texels: Vec<u32> = frame.memory.bytes().chunks_exact(4).map(number_of).collect();
+        let modes = modes(far);
+        let cases = modes.map(|(mode, ..)| wall.case(mode));
+        let drawn = drawn_in_turns(effort, &cases);
+        for ((mode, standing, bound), (bytes, timing)) in modes.into_iter().zip(drawn) {
+            let texels: Vec<u32> = bytes.chunks_exact(4).map(number_of).collect();
             rows.push(judged(mode.as_str(), standing, &texels, bound).timed(timing, pixels));
         }
-        for (name, fill, bound) in others(wall) {
-            let draw = || {
+        let work = |(_, fill, _): (&str, Fill, Bound)| -> Work<Vec<f64>> {
+            Box::new(move || {
                 let mut u = vec![0.0; width * height];
                 u.chunks_mut(width).for_each(|row| fill(std::hint::black_box(wall), row));
                 u
-            };
-            let (u, timing) = effort.run(draw);
+            })
+        };
+        let others = others(wall);
+        let found = effort.run_in_turns(others.map(work).into());
+        for ((name, _, bound), (u, timing)) in others.into_iter().zip(found) {
             let texel = |u: &f64| (u * PARTS).clamp(0.0, f64::from(FINE - 1)) as u32;
             let texels: Vec<u32> = u.iter().map(texel).collect();
             rows.push(judged(name, Standing::Comparison, &texels, bound).timed(timing, pixels));

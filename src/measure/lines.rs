@@ -1,5 +1,6 @@
 //! Lines: distance of the lit pixels from the segment, and difference from the midpoint rule.
 
+use super::clock::Work;
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
 use crate::draw2d::{self, Blend, RampColor};
 use crate::memory::VideoMemory;
@@ -200,7 +201,16 @@ fn rows(effort: &Effort) -> Vec<Row> {
                 [0, 1].map(|_| base.map(|b| b + r.below(longest) as i32))
             })
             .collect();
-        for (name, draw, standing, bounds) in alternatives() {
+        let ways = alternatives();
+        let mut canvases = ways.each_ref().map(|_| VideoMemory::new(SIDE, SIDE).expect("a small frame"));
+        let mut works: Vec<Work<()>> = Vec::new();
+        for ((_, draw, ..), canvas) in ways.iter().zip(&mut canvases) {
+            works.push(Box::new(|| {
+                std::hint::black_box(&segments).iter().for_each(|&[p0, p1]| draw(canvas, p0, p1))
+            }));
+        }
+        let timings = effort.run_in_turns(works);
+        for ((name, draw, standing, bounds), ((), timing)) in ways.into_iter().zip(timings) {
             let mut memory = VideoMemory::new(SIDE, SIDE).expect("a small frame");
             let mut one_by_one = || {
                 let mut pictures = Vec::new();
@@ -212,10 +222,6 @@ fn rows(effort: &Effort) -> Vec<Row> {
                 pictures
             };
             let pictures = one_by_one();
-            let mut canvas = VideoMemory::new(SIDE, SIDE).expect("a small frame");
-            let (_, timing) = effort.run(|| {
-                std::hint::black_box(&segments).iter().for_each(|&[p0, p1]| draw(&mut canvas, p0, p1))
-            });
             let judge = |pictures: &Vec<Vec<u8>>| errors_of(&segments, pictures);
             let mutate = |pictures: &mut Vec<Vec<u8>>, bound: &Bound| mutate(&segments, pictures, bound);
             let row = Row::judged(effort, (subject, name, standing), &pictures, bounds, judge, mutate);

@@ -4,7 +4,7 @@
 //! W1 to W5 with their threads. Nothing is measured here, so nothing stands here without that file.
 
 use super::clock::Timing;
-use super::experiment::{Check, Experiment, Row, Standing, Truth};
+use super::experiment::{Bound, Check, Experiment, Row, Standing, Truth};
 use super::report::Section;
 use serde_json::Value;
 
@@ -45,6 +45,12 @@ pub fn peers_of(json: &str) -> Result<Section, String> {
     Ok(Section { experiment: PEERS, rows, check: Check { difference, at_most: OWN_ERROR } })
 }
 
+/// Returns the limit of fbptr's own colours: W4 is textured.
+fn own_limit(workload: &str) -> Bound {
+    let because = "the limit of textured colours, 2, or of others, 1, by the specification";
+    Bound { column: 0, at_most: if workload.starts_with("W4") { OWN_ERROR } else { 1.0 }, because }
+}
+
 /// Returns one row.
 fn row(value: &Value) -> Option<Row> {
     let word = |name: &str| value[name].as_str();
@@ -60,7 +66,7 @@ fn row(value: &Value) -> Option<Row> {
         alternative: format!("{peer}{level}"),
         standing: if peer == "fbptr" { Standing::Default } else { Standing::Comparison },
         errors: vec![value["max_err"].as_f64()?, value["pixels_off"].as_f64()?],
-        bounds: Vec::new(),
+        bounds: if peer == "fbptr" { vec![own_limit(workload)] } else { Vec::new() },
         mutants: Vec::new(),
         is_run: true,
         timing: Some(Timing::single(milliseconds / 1e3)),
@@ -91,7 +97,9 @@ mod tests {
         assert_eq!(lines, ["W1_phong70k, 1 thread: fbptr, avx2; euc", "W1_phong70k, 2 threads: fbptr, avx2"]);
         assert_eq!(section.rows[1].errors, [3.0, 4.0]);
         assert_eq!(section.rows[1].nanoseconds_per_unit(), Some(90.5e6));
-        assert!(section.check.is_right());
+        assert!(section.check.is_right() && section.rows.iter().all(Row::is_within_bounds));
+        assert_eq!(section.rows.iter().map(|row| row.bounds.len()).collect::<Vec<_>>(), [1, 0, 1]);
+        assert_eq!(section.better_than_default(), None, "no other program is a mode of this one");
         assert!(peers_of("{}").is_err() && peers_of("[]").is_err());
     }
 }

@@ -1,6 +1,6 @@
 //! Drawing of test cases by the pipeline and by the reference.
 
-use super::clock::Timing;
+use super::clock::{Timing, Work};
 use super::experiment::Effort;
 use crate::memory::{DepthFormat, DepthMemory, PickBuffer, VideoMemory};
 use crate::pipeline::{DrawCall, PipelineError, RenderOptions, RenderPath, Renderer, SceneOptions, Target};
@@ -188,12 +188,16 @@ impl BenchFrame {
     }
 }
 
-/// Draws a case with the default options, by the tile renderer on one thread. Returns its bytes and
-/// timing.
-pub(super) fn drawn_as_usual(effort: &Effort, case: &Case) -> (Vec<u8>, Option<Timing>) {
-    let mut frame = BenchFrame::new(effort.renderer(), case.width, case.height);
-    let ((), timing) = effort.run(|| frame.draw_case(case));
-    (frame.memory.bytes().to_vec(), timing)
+/// Draws the cases of a subject with the default options, in turns. Returns their bytes and timings.
+pub(super) fn drawn_in_turns(effort: &Effort, cases: &[Case]) -> Vec<(Vec<u8>, Option<Timing>)> {
+    let frame = |case: &Case| BenchFrame::new(effort.renderer(), case.width, case.height);
+    let mut frames: Vec<BenchFrame> = cases.iter().map(frame).collect();
+    let mut works: Vec<Work<()>> = Vec::new();
+    for (case, frame) in cases.iter().zip(&mut frames) {
+        works.push(Box::new(|| frame.draw_case(case)));
+    }
+    let timings = effort.run_in_turns(works).into_iter().map(|((), timing)| timing);
+    frames.iter().map(|frame| frame.memory.bytes().to_vec()).zip(timings).collect()
 }
 
 /// Renders a case by the reference.

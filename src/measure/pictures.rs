@@ -12,8 +12,8 @@ mod ways;
 
 pub use scenes::UserScene;
 
-use super::clock::{Timing, in_turns};
-use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
+use super::clock::Work;
+use super::experiment::{Bound, Check, Effort, Experiment, Row, Truth};
 use super::picture::{BenchFrame, Buffers, draw_case};
 use super::report::{Report, Section};
 use crate::truth::scenes::Case;
@@ -26,7 +26,8 @@ pub(super) const PICTURES: Experiment = Experiment {
     title: "Whole pictures",
     about: "Scenes as they ask to be drawn, in every other mode that a user can choose, and within an error budget. \
             The ways of a scene are timed in turns; a picture is cleared and drawn \
-            whole. Errors are those of pixels drawn on, chosen at random.",
+            whole. Errors are those of pixels drawn on, chosen at random. Suzanne is Blender's monkey, in a mesh of Victor \
+            Koehler's (2018, MIT licence).",
     truth: Truth {
         is: "the scene as it asks to be drawn, by the reference; exact fibres; exact areas of the lines, one over the other",
         digits: "positions 32, lighting and areas 15",
@@ -78,14 +79,16 @@ fn rows_of(effort: &Effort, case: &Case) -> Option<Vec<Row>> {
     let (possible, others): (Vec<Way>, Vec<Way>) = ways::of(case)
         .into_iter()
         .partition(|way| Buffers::of_case(&mut effort.renderer(), &way.case).refusal.is_none());
-    let mut frames: Vec<BenchFrame> = possible
-        .iter()
-        .map(|way| BenchFrame::new(effort.renderer(), way.case.width, way.case.height))
-        .collect();
-    let timings = time_ways(effort, &possible, &mut frames);
+    let frame = |way: &Way| BenchFrame::new(effort.renderer(), way.case.width, way.case.height);
+    let mut frames: Vec<BenchFrame> = possible.iter().map(frame).collect();
+    let mut works: Vec<Work<()>> = Vec::new();
+    for (way, frame) in possible.iter().zip(&mut frames) {
+        works.push(Box::new(|| frame.draw_with(&way.case.scene, &way.options, way.case.format)));
+    }
+    let timings = effort.run_in_turns(works);
     let pixels = f64::from(case.width) * f64::from(case.height);
     let mut rows = Vec::new();
-    for ((way, frame), timing) in possible.iter().zip(&frames).zip(timings) {
+    for ((way, frame), ((), timing)) in possible.iter().zip(&frames).zip(timings) {
         let found = compared.of_bytes(frame.memory.bytes());
         let key = (case.name.as_str(), way.name.as_str(), way.standing);
         let row = compared.judged(effort, key, way.bounds.clone(), &found);
@@ -94,23 +97,6 @@ fn rows_of(effort: &Effort, case: &Case) -> Option<Vec<Row>> {
     let left_out = |way: Way| Row::not_run(case.name.clone(), way.name, PICTURES.columns.len());
     rows.extend(others.into_iter().map(left_out));
     Some(rows)
-}
-
-fn draw(way: &Way, frame: &mut BenchFrame) {
-    frame.draw_with(&way.case.scene, &way.options, way.case.format);
-}
-
-/// Draws each way once at least, and in turns if times are taken.
-fn time_ways(effort: &Effort, ways: &[Way], frames: &mut [BenchFrame]) -> Vec<Option<Timing>> {
-    let Some(budget) = effort.time_per_row else {
-        ways.iter().zip(frames).for_each(|(way, frame)| draw(way, frame));
-        return vec![None; ways.len()];
-    };
-    let mut works: Vec<Box<dyn FnMut() + '_>> = Vec::new();
-    for (way, frame) in ways.iter().zip(frames) {
-        works.push(Box::new(|| draw(way, frame)));
-    }
-    in_turns(budget, &mut works).into_iter().map(Some).collect()
 }
 
 /// Measures scenes of a user's: the table of whole pictures alone.
@@ -136,8 +122,8 @@ fn bound(column: usize, at_most: f64, because: &'static str) -> Bound {
     Bound { column, at_most, because }
 }
 
-/// Returns how many times as fast as the default of its subject a row is, if both were timed.
-pub fn speed_of(row: &Row, rows: &[Row]) -> Option<f64> {
-    let default = rows.iter().find(|r| r.standing == Standing::Default)?;
-    Some(default.nanoseconds_per_unit()? / row.nanoseconds_per_unit()?)
+/// Returns first quartile, median and third quartile of how many times as fast as the default of its
+/// subject a row is, if both were timed.
+pub fn speed_of(row: &Row, rows: &[Row]) -> Option<[f64; 3]> {
+    rows.iter().find(|r| r.is_default())?.time_over(row)
 }

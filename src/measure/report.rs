@@ -2,6 +2,7 @@
 
 use super::experiment::{Check, Effort, Experiment, Row, Standing};
 use super::scaling::Scaling;
+use std::cmp::Ordering;
 
 /// Returns all experiments, in the order of the stages.
 pub fn experiments() -> Vec<Experiment> {
@@ -68,59 +69,62 @@ impl Section {
         self.rows.chunk_by(|a, b| a.subject == b.subject).map(|rows| (rows[0].subject.as_str(), rows))
     }
 
-    /// Returns (subject, alternative) of the modes that are clearly better than the default:
-    /// at least a tenth faster with no more error, the quartiles of the times apart, or with at most
-    /// half the error in no more time, by the medians and by the third quartiles. Returns `None` if
-    /// nothing was timed or there is no default.
+    /// Returns (subject, alternative) of the modes that are clearly better than the default: plainly
+    /// faster with no more error, or with at most half the error and the default not plainly faster.
+    /// Returns `None` if nothing was timed, or there is no default or no other mode.
     pub fn better_than_default(&self) -> Option<Vec<(&str, &str)>> {
         let column = self.experiment.plotted;
         let mut better = Vec::new();
-        let mut has_default = false;
+        let mut has_modes = false;
         for (subject, rows) in self.subjects() {
             let Some(default) = rows.iter().find(|r| r.is_default()) else { continue };
-            let Some([low, time, high]) = default.nanosecond_quartiles() else { continue };
-            has_default = true;
+            if default.nanoseconds_per_unit().is_none() {
+                continue;
+            }
             let error = default.errors[column];
             for row in rows.iter().filter(|r| r.standing == Standing::Mode) {
-                let Some([_, t, most]) = row.nanosecond_quartiles() else { continue };
-                let is_faster = t < 0.9 * time && most < low && row.errors[column] <= error;
-                let is_no_slower = t <= time && most <= high;
-                let is_nearer = is_no_slower && row.errors[column] <= 0.5 * error && error > 0.0;
-                if is_faster || is_nearer {
+                has_modes = true;
+                let is_faster = row.is_plainly_faster(default) == Some(true) && row.errors[column] <= error;
+                let is_nearer = row.errors[column] <= 0.5 * error && error > 0.0;
+                if is_faster || (is_nearer && default.is_plainly_faster(row) == Some(false)) {
                     better.push((subject, row.alternative.as_str()));
                 }
             }
         }
-        has_default.then_some(better)
+        has_modes.then_some(better)
     }
 
     /// Returns the result of [`Section::better_than_default`] as a sentence.
     pub fn verdict(&self) -> String {
         match self.better_than_default() {
-            None => "Nothing here is a default that could be bettered.".into(),
+            None => "Nothing here can be chosen in place of the default.".into(),
             Some(better) if better.is_empty() => {
-                "Nothing else is a tenth faster than the default with no more error, or has half its error in no more \
-                 time, on any subject, where the quartiles of the times are apart."
+                "Nothing else is a tenth faster than the default with no more error, or has half its error and is not a \
+                 tenth slower, on any subject."
                     .into()
             }
             Some(better) => {
                 let named: Vec<String> = better.iter().map(|(subject, name)| format!("{name} ({subject})")).collect();
                 format!(
-                    "Plainly better than the default, a tenth faster with no more error or half the error in no more time: {}.",
+                    "Plainly better than the default, a tenth faster with no more error, or half the error and not a tenth \
+                     slower: {}.",
                     named.join("; ")
                 )
             }
         }
     }
 
-    /// Returns whether `row` is on the Pareto front of `rows`: a mode of the program, and no other
-    /// mode is both faster and more accurate.
+    /// Returns whether `row` is on the Pareto front of `rows`: a mode of the program, plainly faster
+    /// than each that is more accurate, while none that is as accurate is plainly faster.
     pub fn is_on_front(&self, rows: &[Row], row: &Row) -> bool {
         let column = self.experiment.plotted;
-        let is_mode = |r: &Row| r.standing != Standing::Comparison;
-        let value = |r: &Row| Some((r.nanoseconds_per_unit().filter(|_| is_mode(r))?, r.errors[column]));
-        let Some((time, error)) = value(row) else { return false };
-        !rows.iter().filter_map(value).any(|(t, e)| t <= time && e <= error && (t < time || e < error))
+        let is_mode = |r: &&Row| r.standing != Standing::Comparison && r.nanoseconds_per_unit().is_some();
+        let keeps = |other: &Row| match other.errors[column].total_cmp(&row.errors[column]) {
+            Ordering::Less => row.is_plainly_faster(other) == Some(true),
+            Ordering::Equal => other.is_plainly_faster(row) == Some(false),
+            Ordering::Greater => true,
+        };
+        is_mode(&row) && rows.iter().filter(is_mode).all(keeps)
     }
 }
 
@@ -139,7 +143,7 @@ impl Report {
     /// Returns a warning if the machine was not calm: if of more than a tenth of the timed rows the
     /// quartiles are further apart than a quarter of the median.
     pub fn unrest(&self) -> Option<String> {
-        let timings = || self.sections.iter().flat_map(|s| &s.rows).filter_map(|row| row.timing);
+        let timings = || self.sections.iter().flat_map(|s| &s.rows).filter_map(|row| row.timing.as_ref());
         let (all, restless) = (timings().count(), timings().filter(|t| t.spread() > 0.25).count());
         (restless * 10 > all).then(|| {
             format!(
@@ -194,4 +198,47 @@ pub fn run(effort: Effort, progress: &mut dyn FnMut(&str)) -> Report {
         }
     }
     Report { effort, sections, scaling }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::clock::Timing;
+    use super::*;
+
+    /// Returns a section of one subject: names, standings, errors, and times over a clock that is a
+    /// third slower in every other round.
+    fn section(rows: &[(&str, Standing, f64, f64)]) -> Section {
+        let row = |&(name, standing, error, time): &(&str, Standing, f64, f64)| {
+            let rounds: Vec<f64> = (0..40).map(|k| time * if k % 2 == 0 { 1.0 } else { 1.5 }).collect();
+            let mut row = Row::not_run("subject".into(), name.into(), 1);
+            (row.is_run, row.errors, row.standing) = (true, vec![error], standing);
+            row.timed(Some(Timing::of(&rounds, 1)), 1.0)
+        };
+        let experiment = Experiment { plotted: 0, ..super::super::lines::LINES };
+        let rows = rows.iter().map(row).collect();
+        Section { experiment, rows, check: Check { difference: 0.0, at_most: 0.0 } }
+    }
+
+    #[test]
+    fn verdicts_and_fronts_rest_on_rounds_and_not_on_ties() {
+        use Standing::{Comparison, Default, Mode};
+        let section = section(&[
+            ("default", Default, 2.0, 1.0),
+            ("as good and as fast, but for noise", Mode, 2.0, 0.97),
+            ("as good and faster", Mode, 2.0, 0.8),
+            ("nearer and hardly slower", Mode, 1.0, 1.05),
+            ("nearer and slower", Mode, 0.5, 1.4),
+            ("farther and hardly faster", Mode, 3.0, 0.75),
+            ("farther and faster", Mode, 4.0, 0.5),
+            ("no mode", Comparison, 0.0, 0.1),
+        ]);
+        let better = section.better_than_default().unwrap();
+        let names: Vec<&str> = better.iter().map(|(_, name)| *name).collect();
+        assert_eq!(names, ["as good and faster", "nearer and hardly slower"]);
+        let on_front = section.rows.iter().filter(|row| section.is_on_front(&section.rows, row));
+        let names: Vec<&str> = on_front.map(|row| row.alternative.as_str()).collect();
+        let front =
+            ["as good and faster", "nearer and hardly slower", "nearer and slower", "farther and faster"];
+        assert_eq!(names, front);
+    }
 }

@@ -3,7 +3,7 @@
 use super::clock::Timing;
 
 /// Measurement at one size.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ScalingPoint {
     /// Size: number of whatever grows.
     pub x: f64,
@@ -30,8 +30,10 @@ impl Scaling {
     /// Returns b of the line log t = a + b log x that fits the times best (least squares), or
     /// `None` without two different sizes.
     pub fn exponent(&self) -> Option<f64> {
-        let timed =
-            self.points.iter().filter_map(|p| Some((libm::log(p.x), libm::log(p.timing?.median_s()))));
+        let timed = self
+            .points
+            .iter()
+            .filter_map(|p| Some((libm::log(p.x), libm::log(p.timing.as_ref()?.median_s()))));
         let logs: Vec<(f64, f64)> = timed.collect();
         let n = logs.len() as f64;
         let mean = |f: fn(&(f64, f64)) -> f64| logs.iter().map(f).sum::<f64>() / n;

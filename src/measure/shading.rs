@@ -1,6 +1,7 @@
 //! Shading: flat, Gouraud and Phong on a sphere, and Phong with approximate square roots and
 //! powers.
 
+use super::clock::Work;
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
 use super::{approximations, picture};
 use crate::math::power;
@@ -99,22 +100,21 @@ fn on_triangles(effort: &Effort) -> Vec<Row> {
         (ShadeMode::Gouraud, gouraud, gouraud_because),
         (ShadeMode::Phong, 1.0, phong_because),
     ];
-    modes
-        .map(|(shade, at_most, because)| {
-            let case = case(effort, shade);
-            let (found, timing) = picture::drawn_as_usual(effort, &case);
-            let standing = if shade == ShadeMode::default() { Standing::Default } else { Standing::Mode };
-            let judge = |found: &Vec<u8>| columns(case.width as usize, found, &nearest_bytes(&exact, found));
-            let mutate =
-                |found: &mut Vec<u8>, bound: &Bound| picture::raise_error(found, &exact, bound.at_most);
-            let bounds = vec![Bound { column: 0, at_most, because }];
-            let key = ("sphere of triangles", shade.as_str(), standing);
-            let truth = nearest_bytes(&exact, &found);
-            Row::judged(effort, key, &found, bounds, judge, mutate)
-                .timed(timing, f64::from(case.width * case.height))
-                .with_picture(case.width, found, truth)
-        })
-        .to_vec()
+    let cases = modes.map(|mode| case(effort, mode.0));
+    let drawn = picture::drawn_in_turns(effort, &cases);
+    let ways = modes.into_iter().zip(cases).zip(drawn);
+    ways.map(|(((shade, at_most, because), case), (found, timing))| {
+        let standing = if shade == ShadeMode::default() { Standing::Default } else { Standing::Mode };
+        let judge = |found: &Vec<u8>| columns(case.width as usize, found, &nearest_bytes(&exact, found));
+        let mutate = |found: &mut Vec<u8>, bound: &Bound| picture::raise_error(found, &exact, bound.at_most);
+        let bounds = vec![Bound { column: 0, at_most, because }];
+        let key = ("sphere of triangles", shade.as_str(), standing);
+        let truth = nearest_bytes(&exact, &found);
+        Row::judged(effort, key, &found, bounds, judge, mutate)
+            .timed(timing, f64::from(case.width * case.height))
+            .with_picture(case.width, found, truth)
+    })
+    .collect()
 }
 
 /// Returns bounds for flat and Gouraud shading on a faceted ball, in steps of 1/255. The colour
@@ -158,14 +158,15 @@ fn on_a_sphere(effort: &Effort) -> Vec<Row> {
         ("power of Schlick", exact_root, approximations::power_of_schlick, None),
     ];
     let side = effort.pick(128usize, 512);
-    let normals = normals_of_a_ball(side);
+    let normals = &normals_of_a_ball(side);
     let truth: Vec<u8> = normals.iter().flat_map(|&n| n.map_or([0, 0, 0, 255], phong_f64)).collect();
-    ways.map(|(name, root, power, bound)| {
-        let draw = || -> Vec<u8> {
-            let of = |&n: &Option<DVec3>| n.map_or([0, 0, 0, 255], |n| phong_f32(n, root, power));
-            std::hint::black_box(&normals).iter().flat_map(of).collect()
-        };
-        let (bytes, timing) = effort.run(draw);
+    let work = |(_, root, power, _): (&str, Root, Power, Limit)| -> Work<Vec<u8>> {
+        let of = move |&n: &Option<DVec3>| n.map_or([0, 0, 0, 255], |n| phong_f32(n, root, power));
+        Box::new(move || std::hint::black_box(normals).iter().flat_map(of).collect())
+    };
+    let drawn = effort.run_in_turns(ways.map(work).into());
+    let ways = ways.into_iter().zip(drawn);
+    ways.map(|((name, _, _, bound), (bytes, timing))| {
         let bounds = bound.map(|(at_most, because)| Bound { column: 0, at_most, because });
         let key = ("sphere, per pixel", name, Standing::Comparison);
         let judge = |found: &Vec<u8>| columns(side, found, &truth);
@@ -174,7 +175,7 @@ fn on_a_sphere(effort: &Effort) -> Vec<Row> {
             .timed(timing, (side * side) as f64)
             .with_picture(side as u32, bytes, truth.clone())
     })
-    .to_vec()
+    .collect()
 }
 
 /// Returns the normals of a ball seen along -z, with lengths that vary like interpolated ones;

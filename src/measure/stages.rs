@@ -1,6 +1,7 @@
 //! Stages present and absent: what the plan leaves out, and what that saves.
 
 use super::all_stages::all_stages;
+use super::clock::Work;
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
 use super::picture::{Compared, draw_case};
 use super::report::Report;
@@ -106,8 +107,8 @@ impl Frame {
         }
     }
 
-    /// Clears and draws. Returns the number of parts that the plan uses, and its bytes.
-    fn draw(&mut self, scene: &Scene, options: &SceneOptions) -> [f64; 2] {
+    /// Clears and draws.
+    fn draw(&mut self, scene: &Scene, options: &SceneOptions) {
         self.memory.clear(VideoMemory::CLEAR);
         if let Some(depth) = &mut self.depth {
             depth.clear();
@@ -121,8 +122,18 @@ impl Frame {
             depth_format: DepthFormat::F32,
             ids: self.ids.as_mut(),
         };
-        let plan = self.renderer.plan_scene(&target, scene, options);
         self.renderer.draw_scene(&mut target, scene, options).expect("a scene of the program's own making");
+    }
+
+    /// Returns the number of parts that the plan uses, and its bytes.
+    fn plan(&mut self, scene: &Scene, options: &SceneOptions) -> [f64; 2] {
+        let target = Target {
+            memory: &mut self.memory,
+            depth: &mut self.depth,
+            depth_format: DepthFormat::F32,
+            ids: self.ids.as_mut(),
+        };
+        let plan = self.renderer.plan_scene(&target, scene, options);
         let parts = plan.items().iter().filter(|i| i.used).count();
         [parts as f64, plan.bytes() as f64]
     }
@@ -142,14 +153,21 @@ fn rows(effort: &Effort) -> Vec<Row> {
             (PLANNED, Standing::Default, &case.scene, &planned),
             (ALL, Standing::Comparison, &forced, &kept),
         ];
-        for (name, standing, scene, options) in ways {
-            let mut frame = Frame::new(effort, &case, standing == Standing::Comparison);
-            let (plan, timing) = effort.run(|| frame.draw(scene, options));
+        let mut frames = ways.map(|way| Frame::new(effort, &case, way.1 == Standing::Comparison));
+        let mut works: Vec<Work<()>> = Vec::new();
+        for ((_, _, scene, options), frame) in ways.iter().zip(&mut frames) {
+            works.push(Box::new(|| frame.draw(scene, options)));
+        }
+        let timings = effort.run_in_turns(works);
+        for (((name, standing, scene, options), frame), ((), timing)) in
+            ways.iter().zip(&mut frames).zip(timings)
+        {
+            let plan = frame.plan(scene, options);
             let judge = |memory: &VideoMemory| vec![compared.largest_error(memory.bytes()), plan[0], plan[1]];
             let mutate =
                 |memory: &mut VideoMemory, bound: &Bound| compared.raise(memory.bytes_mut(), bound.at_most);
             let row =
-                Row::judged(effort, (subject, name, standing), &frame.memory, vec![limit], judge, mutate);
+                Row::judged(effort, (subject, name, *standing), &frame.memory, vec![limit], judge, mutate);
             rows.push(row.timed(timing, f64::from(case.width * case.height)));
         }
     }
@@ -175,13 +193,38 @@ pub fn savings(report: &Report) -> Vec<Saving> {
     let saving = |(scene, rows): (&str, &[Row])| {
         let named = |name: &str| rows.iter().find(|r| r.alternative == name);
         let (planned, all) = (named(PLANNED)?, named(ALL)?);
-        let ratio = |a: &Row, b: &Row| Some(a.nanoseconds_per_unit()? / b.nanoseconds_per_unit()?);
         Some(Saving {
             scene: scene.into(),
             parts_left_out: all.errors[1] - planned.errors[1],
             bytes_saved: all.errors[2] - planned.errors[2],
-            time_ratio: ratio(all, planned),
+            time_ratio: all.time_over(planned).map(|ratio| ratio[1]),
         })
     };
     sections.flat_map(|s| s.subjects()).filter_map(saving).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::Part;
+
+    /// A scene made to run every stage is drawn by the path that draws the scene itself.
+    #[test]
+    fn every_stage_runs_on_the_path_of_the_scene() {
+        let effort = Effort::QUICK.untimed();
+        for (subject, scene) in subjects(&effort) {
+            let case = case(&effort, scene);
+            let planned = SceneOptions::new(case.width, case.height);
+            let (forced, kept) = all_stages(&case.scene, &planned);
+            let mut memory = VideoMemory::new(case.width, case.height).unwrap();
+            let target =
+                Target { memory: &mut memory, depth: &mut None, depth_format: DepthFormat::F32, ids: None };
+            let renderer = effort.renderer();
+            let plans =
+                [(&case.scene, &planned), (&forced, &kept)].map(|(s, o)| renderer.plan_scene(&target, s, o));
+            let parts = [Part::TileRenderer, Part::Fog, Part::SampleTextures, Part::LightPixels];
+            assert!(plans[0].uses(parts[0]), "{subject}");
+            assert!(parts.iter().all(|part| plans[1].uses(*part)), "{subject}:\n{}", plans[1]);
+        }
+    }
 }

@@ -176,10 +176,11 @@ fn rows(effort: &Effort) -> Vec<Row> {
             .into_iter()
             .flat_map(|[r, g, b]| [r, g, b, 255.0].map(|c| (c + 0.5) as u8))
             .collect();
-        for &filter in Filter::ALL {
-            let case = case((surface.mesh)(), filter, width, height);
-            let exact = picture::truth(&case);
-            let (found, timing) = picture::drawn_as_usual(effort, &case);
+        let of_filter = |filter: &Filter| case((surface.mesh)(), *filter, width, height);
+        let cases: Vec<Case> = Filter::ALL.iter().map(of_filter).collect();
+        let drawn = picture::drawn_in_turns(effort, &cases);
+        for ((&filter, case), (found, timing)) in Filter::ALL.iter().zip(&cases).zip(drawn) {
+            let exact = picture::truth(case);
             let judge = |found: &Vec<u8>| {
                 let own = compare_bytes(width as usize, found, &nearest_bytes(&exact, found));
                 let e = compare_bytes(width as usize, found, &ideal);

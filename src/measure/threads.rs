@@ -1,5 +1,6 @@
 //! Vector width and threads: identical bytes, different times.
 
+use super::clock::Work;
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
 use super::picture::{self, BenchFrame, Compared};
 use crate::memory::{DepthFormat, VideoMemory};
@@ -97,19 +98,24 @@ fn rows(effort: &Effort) -> Vec<Row> {
     let of_truth = bound(0, 1.0, "the limit of untextured colours, by the specification");
     let of_bytes =
         bound(1, 0.0, "every width and number of threads computes each pixel by the same operations");
-    let drawn: Vec<_> = ways()
-        .into_iter()
-        .map(|(name, path, level, threads, standing)| {
-            let run = level.is_available().then(|| {
-                let pool = worker_pool(Some(threads));
-                let options = RenderOptions { pool, simd: Some(level), path, ..RenderOptions::default() };
-                let mut frame = BenchFrame::new(Renderer::new(options), case.width, case.height);
-                let ((), timing) = effort.run(|| frame.draw(&case.scene));
-                (frame.memory, timing)
-            });
-            (name, path, standing, run)
-        })
-        .collect();
+    let ways = ways();
+    let mut frames: Vec<Option<BenchFrame>> = Vec::new();
+    for (_, path, level, threads, _) in &ways {
+        let (pool, simd) = (worker_pool(Some(*threads)), Some(*level));
+        let options = RenderOptions { pool, simd, path: *path, ..RenderOptions::default() };
+        let frame = || BenchFrame::new(Renderer::new(options), case.width, case.height);
+        frames.push(level.is_available().then(frame));
+    }
+    let mut works: Vec<Work<()>> = Vec::new();
+    for frame in frames.iter_mut().flatten() {
+        works.push(Box::new(|| frame.draw(&case.scene)));
+    }
+    let mut timings = effort.run_in_turns(works).into_iter();
+    let mut drawn = Vec::new();
+    for ((name, path, _, _, standing), frame) in ways.into_iter().zip(frames) {
+        let run = frame.and_then(|frame| Some((frame.memory, timings.next()?.1)));
+        drawn.push((name, path, standing, run));
+    }
     let fast =
         || drawn.iter().filter(|d| d.1 == RenderPath::Fast).filter_map(|d| Some((&d.0, &d.3.as_ref()?.0)));
     let mut rows = Vec::new();
@@ -135,7 +141,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
             RenderPath::Fast => vec![of_truth, of_bytes],
         };
         let row = Row::judged(effort, (&subject, name, *standing), memory, bounds, judge, mutate);
-        rows.push(row.timed(*timing, f64::from(case.width) * f64::from(case.height)));
+        rows.push(row.timed(timing.clone(), f64::from(case.width) * f64::from(case.height)));
     }
     rows
 }

@@ -47,6 +47,8 @@ pub(crate) struct GeometryInfo {
     unlit: OnceLock<IndexedMesh>,
     lit: OnceLock<IndexedMesh>,
     faces: OnceLock<FaceTable>,
+    /// True if the faces bound a convex body; empty until the planner asks.
+    pub convex_body: OnceLock<bool>,
     /// Token that ends the computation of normals, tables and indexed meshes early; a result is
     /// then empty or incomplete.
     cancel: CancelToken,
@@ -81,6 +83,7 @@ impl GeometryInfo {
             unlit: OnceLock::new(),
             lit: OnceLock::new(),
             faces: OnceLock::new(),
+            convex_body: OnceLock::new(),
             cancel,
             held: Mutex::new(None),
             occlusion: OcclusionHistory::default(),

@@ -247,8 +247,9 @@ const CONVEX_LIMIT: u64 = 4_000_000;
 
 /// Returns whether no face of this draw can lie in front of another: a single face, or a closed
 /// convex solid of which CULL leaves one side. The caller must know that the faces are opaque, so
-/// that a pixel on a seam is the same whichever face comes last.
-pub(crate) fn nothing_can_hide(call: &DrawCall) -> bool {
+/// that a pixel on a seam is the same whichever face comes last. What is found of the mesh is kept in
+/// its facts, if there are any.
+pub(crate) fn nothing_can_hide(call: &DrawCall, known: Option<&GeometryInfo>) -> bool {
     let mesh = &call.geometry.mesh;
     if !mesh.lines.is_empty() || !mesh.points.is_empty() || call.shade == ShadeMode::Wire {
         return false;
@@ -256,7 +257,11 @@ pub(crate) fn nothing_can_hide(call: &DrawCall) -> bool {
     match mesh.triangles.len() {
         0 => true,
         1 => true,
-        _ => call.cull != Cull::None && is_convex_solid(call.geometry),
+        _ if call.cull == Cull::None => false,
+        _ => match known {
+            Some(known) => *known.convex_body.get_or_init(|| is_convex_solid(call.geometry)),
+            None => is_convex_solid(call.geometry),
+        },
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::depth_sort::FaceOrder;
 use super::draw_call::{DepthUse, DrawCall, SceneOptions};
+use super::geometry_cache::GeometryInfo;
 use super::planner::nothing_can_hide;
 use super::prepared_draw::PreparedDraw;
 use crate::cancel::CancelToken;
@@ -25,15 +26,19 @@ pub(crate) fn each_call<'a>(scene: &'a Scene, options: &SceneOptions) -> impl It
 }
 
 /// Returns whether depth is unnecessary: a single object that cannot hide itself, and no later use
-/// of depth.
-pub(crate) fn leaves_depth_out(calls: &[DrawCall], options: &SceneOptions) -> bool {
+/// of depth. `known` are the facts about the first object's mesh, if there are any.
+pub(crate) fn leaves_depth_out(
+    calls: &[DrawCall],
+    known: Option<&GeometryInfo>,
+    options: &SceneOptions,
+) -> bool {
     let one = match calls {
         [one] => one,
         _ => return false,
     };
     options.depth_use == DepthUse::SceneOnly
         && options.hide == HiddenSurface::ZBuffer
-        && nothing_can_hide(one)
+        && nothing_can_hide(one, known)
 }
 
 /// Returns the faces of all objects in the order in which a scene draws them.

@@ -38,7 +38,8 @@ pub(crate) fn plan_scene_for(
     let (width, height) = (target.memory.width(), target.memory.height());
     let title = Title::Scene { objects: calls.len() };
     let mut plan = Plan::of_frame(title, width, height, "nothing is drawn in 3-D");
-    let keeps_depth = !leaves_depth_out(&calls, options);
+    let first = calls.first().and_then(known);
+    let keeps_depth = !leaves_depth_out(&calls, first.as_deref(), options);
     let plan_of = |call| plan_call(call, target, backend, keeps_depth, known(call));
     let plans: Vec<Plan> = calls.iter().map(plan_of).collect();
     plans.iter().for_each(|own| plan.merge(own));

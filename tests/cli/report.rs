@@ -166,11 +166,7 @@ fn whatever_comes_from_a_clock_is_named_after_it() {
         let mut report = quick().clone();
         for (i, row) in report.sections.iter_mut().flat_map(|s| &mut s.rows).enumerate() {
             let s = 1e-4 * scale * (1.0 + ((i as f64) * scale).sin().abs());
-            row.timing = Some(fbptr::measure::Timing {
-                quartiles_s: [s, s * 1.1, s * scale],
-                samples: 30 + i,
-                runs: 1,
-            });
+            row.timing = Some(fbptr::measure::Timing::of(&[s, s * 1.1, s * scale][..1 + i % 3], 1 + i));
         }
         let point = |x| fbptr::measure::ScalingPoint {
             x,
@@ -195,11 +191,13 @@ fn whatever_comes_from_a_clock_is_named_after_it() {
 #[test]
 fn errors_are_the_same_on_every_level_and_number_of_threads() {
     use fbptr::simd::Level;
-    let ids = ["interpolation", "depth", "shading", "textures", "hidden", "stages"];
+    // Those that the effort's renderer draws.
+    let ids = ["coverage", "interpolation", "depth", "shading", "textures", "hidden", "stages", "pictures"];
     for (level, threads) in Level::ALL.into_iter().filter(|l| l.is_available()).zip([16, 3, 2]) {
         let effort = Effort::QUICK.untimed().drawn_by(Some(level), threads);
         for section in quick().sections.iter().filter(|s| ids.contains(&s.experiment.id)) {
             let rows = (section.experiment.rows)(&effort);
+            assert_eq!(rows.len(), section.rows.len());
             for (a, b) in rows.iter().zip(&section.rows) {
                 let place = (section.experiment.id, &a.subject, &a.alternative, level.as_str(), threads);
                 assert_eq!(a.errors, b.errors, "{place:?}");

@@ -1,5 +1,6 @@
 //! Whole pictures beside the renderer's: a page of lines, and the tesseract.
 
+use super::super::clock::Work;
 use super::super::experiment::{Bound, Effort, Row, Standing};
 use super::super::eye::two_tesseracts;
 use super::super::lines::area;
@@ -7,7 +8,7 @@ use super::compared::{Compared, Range};
 use super::{LARGEST, compared_pixels};
 use crate::draw2d::{self, Blend, RampColor};
 use crate::executor::Executor;
-use crate::eye::{Fibre, render_with};
+use crate::eye::{EyePicture, Fibre, render_with};
 use crate::memory::VideoMemory;
 use crate::truth::DoubleDouble;
 use crate::truth::eye::see;
@@ -36,13 +37,19 @@ pub(super) fn page_of_lines(effort: &Effort) -> Vec<Row> {
     let ways =
         [("LINE", aliased, Standing::Mode, Vec::new()), ("LINEAA", smooth, Standing::Mode, vec![rounded])];
     let subject = format!("page of {count} lines");
-    let mut rows = Vec::new();
-    for (name, draw, standing, bounds) in ways {
-        let mut memory = VideoMemory::new(width, height).expect("a small frame");
-        let ((), timing) = effort.run(|| {
+    let mut memories = ways.each_ref().map(|_| VideoMemory::new(width, height).expect("a small frame"));
+    let mut works: Vec<Work<()>> = Vec::new();
+    for ((_, draw, ..), memory) in ways.iter().zip(&mut memories) {
+        let segments = &segments;
+        works.push(Box::new(move || {
             memory.clear(VideoMemory::CLEAR);
-            std::hint::black_box(&segments).iter().for_each(|&[p0, p1]| draw(&mut memory, p0, p1));
-        });
+            std::hint::black_box(segments).iter().for_each(|&[p0, p1]| draw(memory, p0, p1));
+        }));
+    }
+    let timings = effort.run_in_turns(works);
+    let mut rows = Vec::new();
+    for (((name, _, standing, bounds), memory), ((), timing)) in ways.into_iter().zip(&memories).zip(timings)
+    {
         let found = compared.of_bytes(memory.bytes());
         let row = compared.judged(effort, (&subject, name, standing), bounds, &found);
         rows.push(row.timed(timing, f64::from(width * height)));
@@ -97,10 +104,11 @@ pub(super) fn tesseract(effort: &Effort) -> Vec<Row> {
         ("fan of 33 rays", Fibre::Fan(33), Standing::Mode, Vec::new()),
         ("fan of 129 rays", Fibre::Fan(129), Standing::Mode, Vec::new()),
     ];
+    let draw = |fibre| render_with(&scene, fibre, &Executor::default()).expect("fans of at most 129 rays");
+    let work = |&(_, fibre, ..): &(_, Fibre, _, _)| Box::new(move || draw(fibre)) as Work<EyePicture>;
+    let drawn = effort.run_in_turns(ways.iter().map(work).collect());
     let mut rows = Vec::new();
-    for (name, fibre, standing, bounds) in ways {
-        let draw = || render_with(&scene, fibre, &Executor::default()).expect("fans of at most 129 rays");
-        let (picture, timing) = effort.run(draw);
+    for ((name, _, standing, bounds), (picture, timing)) in ways.into_iter().zip(drawn) {
         let found: Vec<[f64; 3]> = places.iter().map(|i| picture.color[*i]).collect();
         let row = compared.judged(effort, ("two tesseracts, 4-D on a plane", name, standing), bounds, &found);
         rows.push(row.timed(timing, scene.pixel_count() as f64));

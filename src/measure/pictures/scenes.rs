@@ -3,9 +3,10 @@
 use super::super::experiment::Effort;
 use super::super::textures::bricks;
 use super::super::threads::knot;
+use crate::load::obj;
 use crate::memory::DepthFormat;
 use crate::scene::{
-    Camera, Corner, Filter, Light, LookAt, Mesh, NONE, Projection, Sampling, Scene, ShadeMode,
+    Camera, Corner, Filter, Light, LookAt, Mesh, NONE, Object, Projection, Sampling, Scene, ShadeMode,
     TransparencyOrder, Wrap, shapes,
 };
 use crate::truth::scenes::{Case, box_mesh, object};
@@ -58,6 +59,7 @@ pub(super) fn made(effort: &Effort) -> Vec<Case> {
             teapot(&[Light::directional(DVec3::new(-0.3, -0.4, -1.0), DVec3::ONE)]),
         ),
         case(effort, "shiny teapot under 8 lights".into(), teapot(&eight_lights())),
+        case(effort, "Suzanne under 8 lights".into(), suzanne(&eight_lights())),
         case(effort, "textured room with two lights".into(), room()),
         case(effort, "columns of few faces under 8 lights".into(), columns()),
         case(effort, format!("knot of {count} faces"), large),
@@ -74,16 +76,34 @@ fn eight_lights() -> Vec<Light> {
 }
 
 fn teapot(lights: &[Light]) -> Scene {
-    let mut pot = object("teapot", shapes::teapot(6).expect("a level of 6"));
-    pot.material.kd = DVec3::new(0.7, 0.5, 0.3);
+    let pot = object("teapot", shapes::teapot(6).expect("a level of 6"));
+    alone(pot, DVec3::new(0.0, 1.0, 2.2), lights)
+}
+
+/// Blender's monkey of 968 faces, whose licence lies beside it.
+const SUZANNE: &[u8] = include_bytes!("../../../tests/data/meshes/suzanne-sphere/monkey_head2.obj");
+
+fn suzanne(lights: &[Light]) -> Scene {
+    let loaded = obj::parse(SUZANNE, &mut |_| None, "monkey_head2.obj").expect("a mesh of the program's own");
+    alone(object("Suzanne", loaded.geometry.mesh), DVec3::new(0.7, 0.3, 2.2), lights)
+}
+
+/// Returns one object in the middle, shiny under more than one light.
+fn alone(mut object: Object, eye: DVec3, lights: &[Light]) -> Scene {
+    object.material.kd = DVec3::new(0.7, 0.5, 0.3);
     if lights.len() > 1 {
-        (pot.material.ks, pot.material.n) = (DVec3::splat(0.4), 32.0);
+        (object.material.ks, object.material.n) = (DVec3::splat(0.4), 32.0);
     }
-    let (low, high) = pot.geometry.mesh.bounds().expect("a teapot has positions");
+    let (low, high) = object.geometry.mesh.bounds().expect("a mesh with positions");
     let scale = 2.4 / (high - low).length();
-    pot.model = DMat4::from_scale(DVec3::splat(scale)) * DMat4::from_translation(-(low + high) / 2.0);
-    let look_at = LookAt { eye: DVec3::new(0.0, 1.0, 2.2), reference: DVec3::ZERO, up: DVec3::Y };
-    Scene { camera: Some(camera(look_at)), lights: lights.to_vec(), objects: vec![pot], ..Scene::default() }
+    object.model = DMat4::from_scale(DVec3::splat(scale)) * DMat4::from_translation(-(low + high) / 2.0);
+    let look_at = LookAt { eye, reference: DVec3::ZERO, up: DVec3::Y };
+    Scene {
+        camera: Some(camera(look_at)),
+        lights: lights.to_vec(),
+        objects: vec![object],
+        ..Scene::default()
+    }
 }
 
 fn camera(look_at: LookAt) -> Camera {

@@ -44,8 +44,9 @@ pub fn json(report: &Report, machine: &str) -> Value {
                         "time_ns_per_unit": r.nanoseconds_per_unit(),
                         "time_ns_quartiles": r.nanosecond_quartiles(),
                         "time_speed_of_default": speed_of(r, rows),
-                        "time_samples": r.timing.map(|t| t.samples),
-                        "time_runs_per_sample": r.timing.map(|t| t.runs),
+                        "time_on_front": s.is_on_front(rows, r),
+                        "time_samples": r.timing.as_ref().map(|t| t.samples()),
+                        "time_runs_per_sample": r.timing.as_ref().map(|t| t.runs),
                     })
                 })
                 .collect();
@@ -73,7 +74,7 @@ pub fn json(report: &Report, machine: &str) -> Value {
             let points: Vec<Value> = g
                 .points
                 .iter()
-                .map(|p| json!({ "x": p.x, "time": { "seconds": p.timing.map(|t| t.median_s()), "peak_bytes": p.peak_bytes } }))
+                .map(|p| json!({ "x": p.x, "time": { "seconds": p.timing.as_ref().map(|t| t.median_s()), "peak_bytes": p.peak_bytes } }))
                 .collect();
             json!({ "title": g.title, "grows": g.grows, "time_exponent": g.exponent(), "at_most": g.at_most, "points": points })
         })

@@ -10,9 +10,10 @@ pub fn markdown(report: &Report, machine: &str) -> String {
     let _ = writeln!(out, "{machine}\n");
     out.push_str(
         "Errors are against the truth that each table names, and the same on every machine; times are of this one. **Bold**: \
-         the default, drawn as programs get it. Rows `for comparison` are no mode of the program. `*`: on the Pareto front, no \
-         other mode is both faster and nearer to the truth. Times are medians, with the first and third quartile of their \
-         samples in brackets. A row outside its bound shows no time.\n",
+         the default, drawn as programs get it. Rows `for comparison` are no mode of the program. `*`: on the Pareto front, \
+         a tenth faster than each mode that is nearer to the truth, while none as near is a tenth faster. Times are medians, \
+         with the first and third quartile of their samples in brackets; a subject's ways are timed in turns and compared round \
+         by round: a tenth faster in the median round, and faster in three of four. A row outside its bound shows no time.\n",
     );
     if let Some(unrest) = report.unrest() {
         let _ = writeln!(out, "\n{unrest}");
@@ -56,7 +57,7 @@ fn scaling_tables(out: &mut String, report: &Report) {
         let _ = writeln!(out, "\n### {}\n\n{}^{exponent}{promise}.\n", g.title, g.grows);
         let _ = writeln!(out, "| {} | time | peak memory |\n|---:|---:|---:|", g.grows);
         for p in &g.points {
-            let spent = p.timing.map_or("-".into(), |t| time(t.median_s() * 1e9));
+            let spent = p.timing.as_ref().map_or("-".into(), |t| time(t.median_s() * 1e9));
             let _ = writeln!(out, "| {} | {spent} | {} |", number(p.x), mebibytes(p.peak_bytes));
         }
     }

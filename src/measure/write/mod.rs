@@ -66,7 +66,10 @@ pub(super) fn saved(report: &Report) -> Vec<String> {
 /// Returns what each budget gains over the picture as asked, scene by scene, as lines of text.
 pub(super) fn gained(section: &Section) -> Vec<String> {
     let line = |(subject, rows): (&str, &[Row])| {
-        let of = |row: &Row| Some(format!("{}: {:.2}", row.alternative, speed_of(row, rows)?));
+        let of = |row: &Row| {
+            let [low, median, high] = speed_of(row, rows)?;
+            Some(format!("{}: {median:.2} ({low:.2} to {high:.2})", row.alternative))
+        };
         let parts: Vec<String> =
             rows.iter().filter(|r| r.alternative.starts_with("max-error")).filter_map(of).collect();
         (!parts.is_empty()).then(|| format!("{subject}: {}", parts.join("; ")))
@@ -108,8 +111,11 @@ pub(super) fn bounds(experiment: &Experiment, row: &Row) -> Vec<String> {
 
 /// Returns the time of a row with its quartiles, or the reason why there is none.
 pub(super) fn spent(row: &Row) -> String {
-    match (row.nanosecond_quartiles(), row.timing) {
-        (Some([low, median, high]), _) => format!("{} ({} to {})", time(median), time(low), time(high)),
+    match (row.nanosecond_quartiles(), &row.timing) {
+        (Some([low, median, high]), Some(timing)) if timing.samples() > 1 => {
+            format!("{} ({} to {})", time(median), time(low), time(high))
+        }
+        (Some([_, median, _]), _) => time(median),
         _ if !row.is_run => "not run: this machine lacks it".into(),
         _ if !row.is_within_bounds() => "outside its bound".into(),
         (None, Some(_)) => "not measurable here".into(),

@@ -185,7 +185,7 @@ fn draw_axes(out: &mut String, x: &Axis, start: &str, x_title: &str, y: &Axis, y
 /// Plots time against size, with the line of the fitted power; empty if nothing was timed.
 pub(super) fn scaling(g: &Scaling) -> String {
     let points: Vec<(f64, f64)> =
-        g.points.iter().filter_map(|p| Some((p.x, p.timing?.median_s() * 1e9))).collect();
+        g.points.iter().filter_map(|p| Some((p.x, p.timing.as_ref()?.median_s() * 1e9))).collect();
     if points.is_empty() {
         return String::new();
     }
@@ -249,7 +249,7 @@ text { font: 11px system-ui, sans-serif; fill: #1c2430; } .title { font-size: 14
 pub fn contact_sheet(report: &Report, machine: &str) -> String {
     const MARGIN: f64 = 24.0;
     const HEAD: f64 = 40.0;
-    const LEGEND: f64 = 74.0;
+    const LINE: f64 = 13.0;
     let mut cells: Vec<(&str, String, Plot)> = Vec::new();
     for section in &report.sections {
         let plots = section.subjects().filter_map(|(subject, rows)| {
@@ -262,9 +262,14 @@ pub fn contact_sheet(report: &Report, machine: &str) -> String {
     for g in report.scaling.iter().filter(|g| g.exponent().is_some()) {
         cells.push(("Growth", g.title.clone(), Plot { svg: scaling(g), names: Vec::new() }));
     }
-    let rows = cells.len().div_ceil(2) as f64;
-    let (width, cell) = (2.0 * WIDTH + 3.0 * MARGIN, HEAD + HEIGHT + LEGEND);
-    let height = rows * cell + 3.0 * MARGIN;
+    // Names stand in two columns below their plot; a row of plots is as high as its longest list.
+    let lines = |plot: &Plot| plot.names.len().div_ceil(2);
+    let heights: Vec<f64> = cells
+        .chunks(2)
+        .map(|row| HEAD + HEIGHT + LINE * (1 + row.iter().map(|c| lines(&c.2)).max().unwrap_or(0)) as f64)
+        .collect();
+    let width = 2.0 * WIDTH + 3.0 * MARGIN;
+    let height = heights.iter().sum::<f64>() + 3.0 * MARGIN;
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\">\n\
          <style>{CONTACT_SHEET_STYLE}</style>\n<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n\
@@ -273,7 +278,7 @@ pub fn contact_sheet(report: &Report, machine: &str) -> String {
     );
     for (i, (title, subject, plot)) in cells.iter().enumerate() {
         let x = MARGIN + (i % 2) as f64 * (WIDTH + MARGIN);
-        let y = 2.0 * MARGIN + (i / 2) as f64 * cell;
+        let y = 2.0 * MARGIN + heights[..i / 2].iter().sum::<f64>();
         let _ = writeln!(
             out,
             "<text class=\"title\" x=\"{x}\" y=\"{}\">{}</text><text class=\"subject\" x=\"{x}\" y=\"{}\">{}</text>",
@@ -285,14 +290,13 @@ pub fn contact_sheet(report: &Report, machine: &str) -> String {
         let placed = format!("<svg x=\"{x}\" y=\"{}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" ", y + HEAD);
         out.push_str(&plot.svg.replacen("<svg ", &placed, 1));
         for (k, (name, is_default)) in plot.names.iter().enumerate() {
-            let half = plot.names.len().div_ceil(2).min(5);
-            let (column, line) = (k / half, k % half);
+            let (column, line) = (k / lines(plot), k % lines(plot));
             let class = if *is_default { " class=\"usual\"" } else { "" };
             let _ = writeln!(
                 out,
                 "<text{class} x=\"{:.1}\" y=\"{:.1}\">{}. {}</text>",
                 x + 30.0 + column as f64 * WIDTH / 2.0,
-                y + HEAD + HEIGHT + 10.0 + line as f64 * 13.0,
+                y + HEAD + HEIGHT + 10.0 + line as f64 * LINE,
                 k + 1,
                 escape(name)
             );

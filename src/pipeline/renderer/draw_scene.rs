@@ -51,7 +51,8 @@ impl Renderer {
         let items: usize = calls.iter().map(|call| 16 + call.geometry.mesh.corners.len()).sum();
         let check = || self.check_calls(&calls, &mut geometry_infos);
         if let Some(camera) = preemption.without(target, items, check)? {
-            let keeps_depth = !leaves_depth_out(&calls, options);
+            let first = geometry_infos.first().map(Arc::as_ref);
+            let keeps_depth = !leaves_depth_out(&calls, first, options);
             for (calls, recycled) in calls.chunks(OBJECTS_AT_ONCE).zip(recycled.chunks_mut(OBJECTS_AT_ONCE)) {
                 preemption.point(target);
                 let (cancel, preemption) = (&cancel, &preemption);

@@ -12,6 +12,63 @@ const CLAIMS: &[Claim] = &[
                 && textured.iter().all(|e| *e <= 2.0)
         },
     },
+    Claim {
+        page: PAGE,
+        words: "u16, u24, u32, f32, reversed, as drawn, near to far 10 to 10^7",
+        holds: |r| {
+            let formats = ["u16", "u24", "u32", "f32", "reversed"];
+            r.subjects("depth").len() == 7 && formats.iter().all(|f| r.of("depth", f).count() == 7)
+        },
+    },
+    Claim {
+        page: PAGE,
+        words: "as asked, each other mode, `max-error` 1, 4, 16, 40; `LINE`, `LINEAA`; fibres and fans",
+        holds: |r| {
+            let is_within = |e, row: &Value| {
+                let name = row["alternative"].as_str().expect("a name");
+                name.starts_with(&format!("max-error {e}: "))
+            };
+            let count = |e| r.rows("pictures").filter(|row| is_within(e, row)).count();
+            let modes = ["gouraud", "flat", "nearest", "bilinear", "mipmap", "affine", "painter", "depth reversed"];
+            [1, 4, 16, 40].map(count) == [r.of("pictures", "as asked").count(); 4]
+                && modes.iter().all(|mode| r.of("pictures", mode).count() > 0)
+                && ["LINE", "LINEAA", "exact fibres", "fan of 33 rays"].iter().all(|w| r.of("pictures", w).count() == 1)
+        },
+    },
+    Claim {
+        page: PAGE,
+        words: "Whole pictures are a teapot under one light and, shiny, under eight, Suzanne under eight, a textured room, \
+                columns of few faces, a knot of 30,000 faces (4,000,000 in the full report), a page of lines and two tesseracts",
+        holds: |r| {
+            r.subjects("pictures")
+                == [
+                    "teapot",
+                    "shiny teapot under 8 lights",
+                    "Suzanne under 8 lights",
+                    "textured room with two lights",
+                    "columns of few faces under 8 lights",
+                    "knot of 30000 faces",
+                    "page of 200 lines",
+                    "two tesseracts, 4-D on a plane",
+                ]
+        },
+    },
+    Claim {
+        page: PAGE,
+        words: "exact, fans of 3 to 129 rays",
+        holds: |r| ["fan of 3 rays", "fan of 129 rays"].iter().all(|fan| r.of("fan", fan).count() > 0),
+    },
+    Claim {
+        page: PAGE,
+        words: "1 to 3 threads, for the pipeline and for the eye; 4, 8 and 16 lanes, for the pipeline",
+        holds: |r| {
+            // NEON and the portable path have 4 lanes, AVX2 8 and AVX-512 16.
+            let levels = ["portable", "neon", "avx2", "avx512"];
+            let of = |level: &str, t: &str| r.of("threads", &format!("{level} vectors, {t}")).count();
+            let threads = ["1 thread", "2 threads", "3 threads"];
+            threads.iter().all(|t| r.of("eye", t).count() == 2 && levels.iter().all(|level| of(level, t) == 1))
+        },
+    },
     Claim { page: PAGE, words: "the renderer leaves no gap and hits no pixel twice", holds: no_gaps },
     Claim {
         page: PAGE,

@@ -31,7 +31,10 @@ pub const ROOMS: Edges = &[
     // The experiments compare every path with the exact pictures.
     (
         "measure",
-        &["draw2d", "executor", "eye", "math", "memory", "pipeline", "scene", "server", "simd", "truth"],
+        &[
+            "draw2d", "executor", "eye", "load", "math", "memory", "pipeline", "scene", "server", "simd",
+            "truth",
+        ],
     ),
     ("window", &["draw2d", "framebuffer", "input", "memory", "save", "server", "simd", "viewer"]),
     (
