@@ -328,4 +328,59 @@ mod tests {
         *radius = 9.4;
         assert_eq!(shaded.of_light(&light), Some(0.0));
     }
+
+    #[test]
+    fn colours_are_plain_within_0_and_1_and_opaque() {
+        let has_plain = |color: [f64; 4]| {
+            let mesh = Mesh { colors: vec![DVec4::ONE, color.into()], ..Mesh::default() };
+            MeshBox::of(&mesh).has_plain_colors
+        };
+        assert!(has_plain([0.0, 0.5, 1.0, 1.0]));
+        for color in [[1.25, 0.5, 0.5, 1.0], [-0.25, 0.5, 0.5, 1.0], [0.5, 0.5, 0.5, 0.5]] {
+            assert!(!has_plain(color), "{color:?}");
+        }
+    }
+
+    #[test]
+    fn the_extent_bounds_the_diagonals_and_is_at_most_twice_as_long() {
+        for size in [0.01, 1.0, 300.0] {
+            let angles = MeshAngles::of(&shapes::cuboid(DVec3::splat(size)).unwrap()).unwrap();
+            let diagonal = size * 2f64.sqrt();
+            let part = angles.extent / diagonal;
+            assert!((1.0..=2.0 + 1e-9).contains(&part), "{part} of a side of {size}");
+        }
+    }
+
+    #[test]
+    fn vertex_colours_widen_the_bound_of_gouraud_by_a_quarter_of_the_lights_change() {
+        // The covariance of two numbers is at most a quarter of the product of their ranges; that of
+        // a colour is 1.
+        let angles = MeshAngles { face_cos: 1.0, spread_cos: libm::cos(0.2), extent: 0.0 };
+        let change = |mesh: Mesh| {
+            let object = crate::truth::scenes::object("o", mesh);
+            let shaded = ShadedObject::of(&object, MeshBox::of(&Mesh::default()), Some(angles)).unwrap();
+            shaded.change_of(angles, ShadeMode::Gouraud, 0.1).unwrap()
+        };
+        let colored = change(Mesh { colors: vec![DVec4::ONE], ..Mesh::default() });
+        assert!((colored - change(Mesh::default()) - 0.3 / 4.0).abs() < 1e-9, "{colored}");
+    }
+
+    #[test]
+    fn a_light_is_reflected_by_the_brightest_channel_of_the_brightest_material() {
+        let mut mesh = shapes::cuboid(DVec3::ONE).unwrap();
+        let material = |ka: f64, kd: [f64; 3], ks: f64| Material {
+            ka: DVec3::splat(ka),
+            kd: kd.into(),
+            ks: DVec3::splat(ks),
+            ..Material::default()
+        };
+        mesh.materials = vec![material(0.25, [0.5, 0.25, 0.0], 0.125)];
+        let mut object = crate::truth::scenes::object("o", mesh);
+        object.material = material(0.0, [0.0, 0.125, 0.25], 0.0);
+        let shaded = ShadedObject::of(&object, MeshBox::of(&object.geometry.mesh), None).unwrap();
+        let mut light = Light::directional(DVec3::Z, DVec3::new(1.0, 4.0, 0.0));
+        light.ambient = DVec3::splat(0.5);
+        // Green: 0.25 * 0.5 + (0.25 + 0.125) * 4.
+        assert_eq!(shaded.of_light(&light), Some(1.625));
+    }
 }

@@ -143,3 +143,46 @@ pub(super) fn covered_pixels(object: &Object, [low, high]: [DVec3; 2], to_clip: 
     let part = (most[0] - least[0]) * (most[1] - least[1]) / 4.0;
     if part.is_finite() { whole * part / 2.0 } else { 0.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::truth::scenes::{lit_triangle, object};
+
+    #[test]
+    fn half_of_the_box_on_the_screen_is_counted_as_covered() {
+        let mesh = crate::scene::shapes::sphere(1.0).unwrap();
+        let covered = |model: DMat4, low: [f64; 3], high: [f64; 3]| {
+            let object = Object { model, ..object("box", mesh.clone()) };
+            covered_pixels(&object, [low.into(), high.into()], DMat4::IDENTITY, 8000.0)
+        };
+        // 5/8 of the frame's width and 3/8 of its height.
+        assert_eq!(
+            covered(DMat4::IDENTITY, [-0.5, -0.25, 0.0], [0.75, 0.5, 1.0]),
+            8000.0 * 15.0 / 64.0 / 2.0
+        );
+        // The part beside the frame is left out, and with it all of a box that is not on the frame.
+        assert_eq!(covered(DMat4::IDENTITY, [-9.0, 0.0, 0.0], [0.0, 9.0, 1.0]), 1000.0);
+        assert_eq!(covered(DMat4::IDENTITY, [2.0, 0.0, 0.0], [3.0, 1.0, 1.0]), 0.0);
+        let half = DMat4::from_scale(DVec3::splat(0.5));
+        assert_eq!(covered(half, [-1.0; 3], [1.0; 3]), 1000.0);
+        // A corner beside or behind the eye has no place on the screen: half of the frame.
+        let behind = DMat4::from_cols_array(&[
+            1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0,
+        ]);
+        assert_eq!(covered(behind, [0.0; 3], [1.0; 3]), 4000.0);
+        assert_eq!(covered(behind, [0.0, 0.0, 2.0], [1.0, 1.0, 2.0]), 250.0);
+    }
+
+    #[test]
+    fn measuring_and_choosing_are_cheap_up_to_their_share_of_exact_frames() {
+        let scene = lit_triangle();
+        let faces = object("ball", crate::scene::shapes::sphere(1.0).unwrap());
+        let costs = ObjectCosts::of(&faces, &scene, 100.0);
+        let measured = MEASURED_FACE * faces.geometry.mesh.triangles.len() as f64;
+        assert!(costs.measuring_is_cheap(measured / MOST_FRAMES));
+        assert!(!costs.measuring_is_cheap(measured / MOST_FRAMES * 0.99));
+        let choice = (CHOICE + 3.0 * CHOICE_LIGHT) / CHOICE_PART;
+        assert!(costs.choice_is_cheap(choice * 1.01, 3) && !costs.choice_is_cheap(choice * 0.99, 3));
+    }
+}
