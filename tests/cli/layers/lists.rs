@@ -123,7 +123,7 @@ pub const PIPELINE: Edges = &[
         ],
     ),
     ("depth_sort", &["prepared_draw"]),
-    ("scene", &["depth_sort", "draw_call", "planner", "prepared_draw"]),
+    ("scene", &["depth_sort", "draw_call", "geometry_cache", "planner", "prepared_draw"]),
     // The two paths.
     (
         "reference",
