@@ -16,25 +16,28 @@ const PATIENCE_MS = 30_000;
 async function serve(size, web = "127.0.0.1:0") {
   const args = ["serve", "--headless", "--size", size, "--listen", "127.0.0.1:0", "--web", web, "--web-write"];
   const child = spawn(fbptr, args, { stdio: ["ignore", "inherit", "pipe"] });
+  const ended = new Promise((resolve) => { child.on("exit", resolve); });
+  // Threads say these lines, in any order.
+  const patterns = { port: /listening on tcp \S+:(\d+)\n/, watch: /browser: (\S+)\n/, drive: /drive: (\S+)\n/ };
   let said = "";
-  await new Promise((resolve, reject) => {
+  const isReady = new Promise((resolve) => {
     child.stderr.on("data", (text) => {
       said += text;
-      if (/drive: \S+\n/.test(said)) resolve();
+      if (Object.values(patterns).every((pattern) => pattern.test(said))) resolve();
     });
-    child.on("exit", (code) => reject(new Error(`the server ended with ${code}: ${said}`)));
   });
-  child.removeAllListeners("exit");
-  const find = (pattern) => said.match(pattern)[1];
+  const tooEarly = ended.then((code) => { throw new Error(`the server ended with ${code}: ${said}`); });
+  tooEarly.catch(() => {});
+  await Promise.race([isReady, tooEarly]);
+  const find = (name) => said.match(patterns[name])[1];
   return {
-    child,
-    port: Number(find(/listening on tcp \S+:(\d+)/)),
-    watch: find(/browser: (\S+)/),
-    drive: find(/drive: (\S+)/),
-    stop: () => new Promise((resolve) => {
-      child.on("exit", resolve);
+    port: Number(find("port")),
+    watch: find("watch"),
+    drive: find("drive"),
+    stop: () => {
       child.kill("SIGTERM");
-    }),
+      return ended;
+    },
   };
 }
 
