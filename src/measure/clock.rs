@@ -1,11 +1,11 @@
 //! Timing of repeatable work.
 //!
-//! Works that are to be compared are timed in turns, so that all see the same machine, and compared
-//! round by round ([`Timing::over`]). Work that is shorter than a sample is run many times in one;
-//! the duration of a run is the sample's divided by them. Outputs pass through [`black_box`], so that
-//! work whose result nobody uses is done nevertheless; whoever calls [`time`] passes the inputs
-//! through it as well. A timing has the median of its samples and the quartiles around it; where even
-//! a whole sample is not far above the clock's step, it says so ([`Timing::is_measurable`]).
+//! Alternatives that are to be compared are timed in turns, so that all meet the same load of the
+//! machine, and compared round by round ([`Timing::over`]). Work that is shorter than a sample is
+//! repeated within one; the duration of a run is the sample's divided by the number of runs. Outputs
+//! pass through [`black_box`], so that work whose result nobody uses is not optimized away; callers
+//! of [`time`] pass the inputs through it as well. A timing has the median of its samples and the
+//! quartiles around it. [`Timing::is_measurable`] is false where a sample is too short for the clock.
 
 use std::hint::black_box;
 use std::sync::OnceLock;

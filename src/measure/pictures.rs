@@ -25,9 +25,8 @@ pub(super) const PICTURES: Experiment = Experiment {
     id: "pictures",
     title: "Whole pictures",
     about: "Scenes as they ask to be drawn, in every other mode that a user can choose, and within an error budget. \
-            The ways of a scene are timed in turns; a picture is cleared and drawn \
-            whole. Errors are those of pixels drawn on, chosen at random. Suzanne is Blender's monkey, in a mesh of Victor \
-            Koehler's (2018, MIT licence).",
+            The ways of a scene are timed in turns; each clears the frame and draws it. Errors are those of randomly chosen \
+            pixels that are drawn on. Suzanne, the monkey's head of Blender, is a mesh by Victor Koehler (2018, MIT licence).",
     truth: Truth {
         is: "the scene as it asks to be drawn, by the reference; exact fibres; exact areas of the lines, one over the other",
         digits: "positions 32, lighting and areas 15",

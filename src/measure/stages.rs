@@ -107,6 +107,12 @@ impl Frame {
         }
     }
 
+    /// Returns the renderer and what it draws on.
+    fn split(&mut self) -> (&mut Renderer, Target<'_>) {
+        let Frame { renderer, memory, depth, ids } = self;
+        (renderer, Target { memory, depth, depth_format: DepthFormat::F32, ids: ids.as_mut() })
+    }
+
     /// Clears and draws.
     fn draw(&mut self, scene: &Scene, options: &SceneOptions) {
         self.memory.clear(VideoMemory::CLEAR);
@@ -116,24 +122,14 @@ impl Frame {
         if let Some(ids) = &mut self.ids {
             ids.clear();
         }
-        let mut target = Target {
-            memory: &mut self.memory,
-            depth: &mut self.depth,
-            depth_format: DepthFormat::F32,
-            ids: self.ids.as_mut(),
-        };
-        self.renderer.draw_scene(&mut target, scene, options).expect("a scene of the program's own making");
+        let (renderer, mut target) = self.split();
+        renderer.draw_scene(&mut target, scene, options).expect("a scene of the program's own making");
     }
 
     /// Returns the number of parts that the plan uses, and its bytes.
     fn plan(&mut self, scene: &Scene, options: &SceneOptions) -> [f64; 2] {
-        let target = Target {
-            memory: &mut self.memory,
-            depth: &mut self.depth,
-            depth_format: DepthFormat::F32,
-            ids: self.ids.as_mut(),
-        };
-        let plan = self.renderer.plan_scene(&target, scene, options);
+        let (renderer, target) = self.split();
+        let plan = renderer.plan_scene(&target, scene, options);
         let parts = plan.items().iter().filter(|i| i.used).count();
         [parts as f64, plan.bytes() as f64]
     }

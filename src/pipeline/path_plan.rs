@@ -39,25 +39,25 @@ pub(crate) fn plan_draw_for(
     target: &Target,
     backend: Backend,
     limits: ListLimits,
-    known: Option<Arc<GeometryInfo>>,
+    cached: Option<Arc<GeometryInfo>>,
 ) -> Plan {
-    let mut plan = plan_call(call, target, backend, true, known);
+    let mut plan = plan_call(call, target, backend, true, cached);
     let working = at_worst(call, target, &plan, None, limits);
     plan.set_working_bytes(working.sum());
     plan
 }
 
-/// Returns the plan of one draw, even if it would be refused, without its working memory. `known`
+/// Returns the plan of one draw, even if it would be refused, without its working memory. `cached`
 /// are the facts about its geometry that a renderer has.
 pub(crate) fn plan_call(
     call: &DrawCall,
     target: &Target,
     backend: Backend,
     keeps_depth: bool,
-    known: Option<Arc<GeometryInfo>>,
+    cached: Option<Arc<GeometryInfo>>,
 ) -> Plan {
     let new = || Arc::new(GeometryInfo::of(call.geometry, CancelToken::default()));
-    let geometry_info = known.unwrap_or_else(new);
+    let geometry_info = cached.unwrap_or_else(new);
     let camera = PreparedDraw::camera_of(call).unwrap_or_default();
     let mut prepared = PreparedDraw::of(call, camera, target, geometry_info, RecycledLists::default());
     add_path(&mut prepared, target, backend, keeps_depth);

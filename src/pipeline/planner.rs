@@ -249,7 +249,7 @@ const CONVEX_LIMIT: u64 = 4_000_000;
 /// convex solid of which CULL leaves one side. The caller must know that the faces are opaque, so
 /// that a pixel on a seam is the same whichever face comes last. What is found of the mesh is kept in
 /// its facts, if there are any.
-pub(crate) fn nothing_can_hide(call: &DrawCall, known: Option<&GeometryInfo>) -> bool {
+pub(crate) fn cannot_self_occlude(call: &DrawCall, geometry_info: Option<&GeometryInfo>) -> bool {
     let mesh = &call.geometry.mesh;
     if !mesh.lines.is_empty() || !mesh.points.is_empty() || call.shade == ShadeMode::Wire {
         return false;
@@ -258,8 +258,8 @@ pub(crate) fn nothing_can_hide(call: &DrawCall, known: Option<&GeometryInfo>) ->
         0 => true,
         1 => true,
         _ if call.cull == Cull::None => false,
-        _ => match known {
-            Some(known) => *known.convex_body.get_or_init(|| is_convex_solid(call.geometry)),
+        _ => match geometry_info {
+            Some(info) => *info.convex_body.get_or_init(|| is_convex_solid(call.geometry)),
             None => is_convex_solid(call.geometry),
         },
     }

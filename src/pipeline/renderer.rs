@@ -227,17 +227,17 @@ impl Renderer {
     /// Returns the plan of [`super::plan_scene`] as this renderer draws: by its backend, with its
     /// threads.
     pub fn plan_scene(&self, target: &Target, scene: &Scene, options: &SceneOptions) -> Plan {
-        plan_scene_for(target, scene, options, self.backend(), self.threads(), &|call| self.known(call))
+        plan_scene_for(target, scene, options, self.backend(), self.threads(), &|call| self.cached_info(call))
     }
 
     /// Returns the plan of one draw, as this renderer draws it.
     pub fn plan_draw(&self, target: &Target, call: &DrawCall) -> Plan {
-        plan_draw_for(call, target, self.backend(), self.list_limits(), self.known(call))
+        plan_draw_for(call, target, self.backend(), self.list_limits(), self.cached_info(call))
     }
 
     /// Returns the cached facts about a draw's geometry, if there are any.
-    fn known(&self, call: &DrawCall) -> Option<Arc<GeometryInfo>> {
-        shared(call).and_then(|geometry| self.cache.known(geometry))
+    fn cached_info(&self, call: &DrawCall) -> Option<Arc<GeometryInfo>> {
+        shared(call).and_then(|geometry| self.cache.get(geometry))
     }
 
     /// Returns the faces that each path has drawn since the working memory was last freed.

@@ -3,7 +3,7 @@
 use super::depth_sort::FaceOrder;
 use super::draw_call::{DepthUse, DrawCall, SceneOptions};
 use super::geometry_cache::GeometryInfo;
-use super::planner::nothing_can_hide;
+use super::planner::cannot_self_occlude;
 use super::prepared_draw::PreparedDraw;
 use crate::cancel::CancelToken;
 use crate::scene::{HiddenSurface, Scene, TransparencyOrder};
@@ -26,10 +26,10 @@ pub(crate) fn each_call<'a>(scene: &'a Scene, options: &SceneOptions) -> impl It
 }
 
 /// Returns whether depth is unnecessary: a single object that cannot hide itself, and no later use
-/// of depth. `known` are the facts about the first object's mesh, if there are any.
+/// of depth. `geometry_info` are the facts about the first object's mesh, if there are any.
 pub(crate) fn leaves_depth_out(
     calls: &[DrawCall],
-    known: Option<&GeometryInfo>,
+    geometry_info: Option<&GeometryInfo>,
     options: &SceneOptions,
 ) -> bool {
     let one = match calls {
@@ -38,7 +38,7 @@ pub(crate) fn leaves_depth_out(
     };
     options.depth_use == DepthUse::SceneOnly
         && options.hide == HiddenSurface::ZBuffer
-        && nothing_can_hide(one, known)
+        && cannot_self_occlude(one, geometry_info)
 }
 
 /// Returns the faces of all objects in the order in which a scene draws them.

@@ -24,23 +24,23 @@ pub fn plan_scene(target: &Target, scene: &Scene, options: &SceneOptions) -> Pla
     plan_scene_for(target, scene, options, Backend::default(), 1, &|_| None)
 }
 
-/// Returns the plan of a scene for a renderer with `threads` threads, which knows what `known`
-/// returns of the geometries.
+/// Returns the plan of a scene for a renderer with `threads` threads. `cached` returns
+/// the facts about a draw's geometry that the renderer has.
 pub(crate) fn plan_scene_for(
     target: &Target,
     scene: &Scene,
     options: &SceneOptions,
     backend: Backend,
     threads: u64,
-    known: &dyn Fn(&DrawCall) -> Option<Arc<GeometryInfo>>,
+    cached: &dyn Fn(&DrawCall) -> Option<Arc<GeometryInfo>>,
 ) -> Plan {
     let calls = calls_of(scene, options);
     let (width, height) = (target.memory.width(), target.memory.height());
     let title = Title::Scene { objects: calls.len() };
     let mut plan = Plan::of_frame(title, width, height, "nothing is drawn in 3-D");
-    let first = calls.first().and_then(known);
+    let first = calls.first().and_then(cached);
     let keeps_depth = !leaves_depth_out(&calls, first.as_deref(), options);
-    let plan_of = |call| plan_call(call, target, backend, keeps_depth, known(call));
+    let plan_of = |call| plan_call(call, target, backend, keeps_depth, cached(call));
     let plans: Vec<Plan> = calls.iter().map(plan_of).collect();
     plans.iter().for_each(|own| plan.merge(own));
     if plan.uses(Part::CoarseDepth) {

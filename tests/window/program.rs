@@ -1,10 +1,13 @@
 //! `fbptr::run`: a program that draws by itself shows its frame, and gets keys, mouse and the end.
 //!
-//! The program is this test's own executable, started again with the ignored test below.
+//! Each test is two programs: started again with [`PROGRAM`] in its environment it is the one that draws.
 
 use crate::screen::{Folder, Guard, Screen, wait_for};
 use std::collections::HashSet;
 use std::process::Command;
+
+/// Variable of the environment that makes a test the program that draws.
+const PROGRAM: &str = "FBPTR_TEST_PROGRAM";
 
 const SIZE: [usize; 2] = [64, 48];
 const GREEN: [u8; 3] = [0, 128, 0];
@@ -14,12 +17,20 @@ fn opaque([r, g, b]: [u8; 3]) -> [u8; 4] {
     [r, g, b, 255]
 }
 
-#[test]
-#[ignore = "started by the other test, on its screen"]
-fn the_program() {
-    if std::env::var_os("FBPTR_TEST_PROGRAM").is_none() {
-        return;
-    }
+/// Returns whether this process was started to draw.
+fn is_program() -> bool {
+    std::env::var_os(PROGRAM).is_some()
+}
+
+/// Returns the command that starts this executable as the program of a test.
+fn program_of(test: &str) -> Command {
+    let mut command = Command::new(std::env::current_exe().expect("this program"));
+    command.args(["--exact", test, "--"]).env(PROGRAM, "1").env_remove("WAYLAND_DISPLAY");
+    command
+}
+
+/// Draws in the colour of the key that was pressed last, until Escape.
+fn draw_until_escape() {
     let mut color = GREEN;
     fbptr::run(SIZE[0] as u32, SIZE[1] as u32, |fb, input| {
         color = if input.was_pressed("r") { RED } else { color };
@@ -35,15 +46,15 @@ fn the_program() {
 
 #[test]
 fn a_program_draws_its_frames_without_a_window_and_saves_the_last() {
+    if is_program() {
+        return draw_twenty_frames();
+    }
     let folder = Folder::new("program-headless");
     let run = |arguments: &[&str]| {
-        Command::new(std::env::current_exe().expect("this program"))
+        program_of("program::a_program_draws_its_frames_without_a_window_and_saves_the_last")
             // After -- the test harness leaves the words alone.
-            .args(["--ignored", "--exact", "program::the_counter", "--"])
             .args(arguments)
-            .env("FBPTR_TEST_PROGRAM", "1")
             .env_remove("DISPLAY")
-            .env_remove("WAYLAND_DISPLAY")
             .current_dir(&folder.0)
             .output()
             .expect("it starts")
@@ -67,12 +78,8 @@ fn a_program_draws_its_frames_without_a_window_and_saves_the_last() {
     }
 }
 
-#[test]
-#[ignore = "started by the test above"]
-fn the_counter() {
-    if std::env::var_os("FBPTR_TEST_PROGRAM").is_none() {
-        return;
-    }
+/// Draws frames whose blue is their number, at sixty a second, and ends after twenty.
+fn draw_twenty_frames() {
     let mut seconds = 0.0;
     fbptr::run(SIZE[0] as u32, SIZE[1] as u32, |fb, input| {
         seconds += input.delta_s;
@@ -86,14 +93,14 @@ fn the_counter() {
 
 #[test]
 fn a_program_shows_its_frame_and_gets_keys_mouse_and_the_end() {
+    if is_program() {
+        return draw_until_escape();
+    }
     let folder = Folder::new("program");
     let Some(screen) = Screen::start(&folder.0) else { return };
     let mut program = Guard(
-        Command::new(std::env::current_exe().expect("this program"))
-            .args(["--ignored", "--exact", "program::the_program"])
-            .env("FBPTR_TEST_PROGRAM", "1")
+        program_of("program::a_program_shows_its_frame_and_gets_keys_mouse_and_the_end")
             .env("DISPLAY", &screen.display)
-            .env_remove("WAYLAND_DISPLAY")
             .spawn()
             .expect("it starts"),
     );

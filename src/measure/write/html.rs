@@ -40,10 +40,10 @@ pub fn html(report: &Report, machine: &str) -> String {
     let _ = writeln!(out, "<p>{}</p>", prose(machine));
     out.push_str(
         "<p>Each numbered point is one way of doing a stage. To the left: nearer to the truth; down: faster. The blue one is what \
-         the program does unless told otherwise; the dashed line is the Pareto front, of ways a tenth faster than each that \
-         is nearer to the truth. Errors are the same to the digit on every machine; times are of this one: medians, with the \
-         first and third quartile in brackets. A subject's ways are timed in turns, and compared round by round: a tenth faster in the median \
-         round, and faster in three of four.</p>\n",
+         the program does unless told otherwise; the dashed line is the Pareto front, modes that are plainly faster than every \
+         mode of less error. Errors are the same to the digit on every machine; times are of this one: medians, with the \
+         first and third quartile in brackets. The alternatives of a subject are timed in turns and compared round by round; \
+         plainly faster means at least 10 % in the median round, and faster at all in three rounds of four.</p>\n",
     );
     if let Some(unrest) = report.unrest() {
         let _ = writeln!(out, "<p>{}</p>", escape(&unrest));

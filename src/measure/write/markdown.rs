@@ -11,9 +11,10 @@ pub fn markdown(report: &Report, machine: &str) -> String {
     out.push_str(
         "Errors are against the truth that each table names, and the same on every machine; times are of this one. **Bold**: \
          the default, drawn as programs get it. Rows `for comparison` are no mode of the program. `*`: on the Pareto front, \
-         a tenth faster than each mode that is nearer to the truth, while none as near is a tenth faster. Times are medians, \
-         with the first and third quartile of their samples in brackets; a subject's ways are timed in turns and compared round \
-         by round: a tenth faster in the median round, and faster in three of four. A row outside its bound shows no time.\n",
+         plainly faster than every mode of less error, while no mode of equal error is plainly faster. Times are medians, \
+         with the first and third quartile of their samples in brackets. The alternatives of a subject are timed in turns and \
+         compared round by round; plainly faster means at least 10 % in the median round, and faster at all in three rounds \
+         of four. A row outside its bound shows no time.\n",
     );
     if let Some(unrest) = report.unrest() {
         let _ = writeln!(out, "\n{unrest}");

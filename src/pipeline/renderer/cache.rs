@@ -52,7 +52,7 @@ impl Cache {
     }
 
     /// Returns the facts about a shared geometry, if they are cached.
-    pub fn known(&self, shared: &Arc<Geometry>) -> Option<Arc<GeometryInfo>> {
+    pub fn get(&self, shared: &Arc<Geometry>) -> Option<Arc<GeometryInfo>> {
         self.entries.get(&Arc::as_ptr(shared).addr()).map(|entry| Arc::clone(&entry.geometry_info))
     }
 

@@ -37,8 +37,8 @@ const CLAIMS: &[Claim] = &[
     },
     Claim {
         page: PAGE,
-        words: "Whole pictures are a teapot under one light and, shiny, under eight, Suzanne under eight, a textured room, \
-                columns of few faces, a knot of 30,000 faces (4,000,000 in the full report), a page of lines and two tesseracts",
+        words: "a teapot under one light, a shiny teapot under eight lights, Suzanne under eight lights, a textured room, columns of \
+                few faces, a knot of 30,000 faces (4,000,000 in the full report), a page of lines, two tesseracts",
         holds: |r| {
             r.subjects("pictures")
                 == [
