@@ -17,7 +17,7 @@ async function serve(size, web = "127.0.0.1:0") {
   const args = ["serve", "--headless", "--size", size, "--listen", "127.0.0.1:0", "--web", web, "--web-write"];
   const child = spawn(fbptr, args, { stdio: ["ignore", "inherit", "pipe"] });
   const ended = new Promise((resolve) => { child.on("exit", resolve); });
-  // Threads say these lines, in any order.
+  // Several threads print these lines, in any order.
   const patterns = { port: /listening on tcp \S+:(\d+)\n/, watch: /browser: (\S+)\n/, drive: /drive: (\S+)\n/ };
   let said = "";
   const isReady = new Promise((resolve) => {
@@ -26,9 +26,8 @@ async function serve(size, web = "127.0.0.1:0") {
       if (Object.values(patterns).every((pattern) => pattern.test(said))) resolve();
     });
   });
-  const tooEarly = ended.then((code) => { throw new Error(`the server ended with ${code}: ${said}`); });
-  tooEarly.catch(() => {});
-  await Promise.race([isReady, tooEarly]);
+  const endsEarly = ended.then((code) => { throw new Error(`the server ended with ${code}: ${said}`); });
+  await Promise.race([isReady, endsEarly]);
   const find = (name) => said.match(patterns[name])[1];
   return {
     port: Number(find("port")),
