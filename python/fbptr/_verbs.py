@@ -99,12 +99,13 @@ class Handy(_Base):
 
     # -- pixels and bytes
 
-    def px(self, x: Number, y: Number, color: Color | None = None) -> tuple[int, ...] | None:
-        """Sets pixel (x, y) to a colour, or returns its (r, g, b) where no colour is given."""
-        if color is None:
-            return tuple(bytes.fromhex(self._ask("PX", x, y)[2]))
-        self._call("PX", x, y, color)
-        return None
+    def px(self, x: Any, y: Any = None, color: Color | None = None) -> tuple[int, ...] | None:
+        """Sets the pixel (x, y), two numbers or a pair, to a colour; returns its (r, g, b) where no
+        colour is given.
+        """
+        given = tuple(value for value in (x, y, color) if value is not None)
+        reply = self._call("PX", *given)
+        return None if reply is None else tuple(bytes.fromhex(reply.decode().split()[3]))
 
     def pixel(self, x: Number, y: Number, color: Color) -> None:
         """Sets pixel (x, y) to a colour; off the frame it does nothing."""

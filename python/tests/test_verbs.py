@@ -294,6 +294,8 @@ def test_replies_are_python_values():
     fb.draw("pot")
     assert fb.size() == (64, 48) == (fb.width, fb.height)
     assert fb.px(0, 0) == (0, 0, 0) and fb.get_pixel(0, 0) == (0, 0, 0, 255)
+    assert fb.px((1, 0), "red") is None and fb.px((1, 0)) == (255, 0, 0)
+    assert fb.px(2, 0, color=b"\1\2\3") is None and fb.px((2, 0), None) == (1, 2, 3)
     assert fb.peek(0, 4) == b"\0\0\0\xff" and fb.peek(0, 0) == b""
     assert len(fb.read()) == len(fb) == 64 * 48 * 4 and len(fb.read(60, 40)) == 4 * 8 * 4
     assert 0 < fb.depthat(32, 24) < 1 == fb.depthat(0, 0)
