@@ -194,6 +194,12 @@ mod tests {
             // Red, green and blue stripes, each lit by its own colour.
             assert_eq!(bright[..3], [0x00ff_d7d7, 0x00d7_ffd7, 0x00d7_d7ff]);
             assert!(bright.chunks(3).all(|stripes| stripes == &bright[..3]));
+            // Above and below its middle a line fades alike; the frame's first and last do not.
+            for (above, below) in [(0, 4), (1, 3)].into_iter().filter(|_| (1..5).contains(&line)) {
+                let words = row(line * 5 + above).iter().zip(row(line * 5 + below));
+                let mut bytes = words.flat_map(|(a, b)| a.to_be_bytes().into_iter().zip(b.to_be_bytes()));
+                assert!(bytes.all(|(a, b)| a.abs_diff(b) <= 2), "line {line}");
+            }
             let dim = row(line * 5);
             assert!(dim[0] & 0xff < 0x90 && dim[0] >> 16 < 0xd0, "{:#x}", dim[0]);
         }

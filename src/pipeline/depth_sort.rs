@@ -7,7 +7,8 @@ use std::cmp::Ordering;
 
 /// Reuses a list's allocation for items of another lifetime, without its items. Both types must
 /// have the same size.
-pub(crate) fn recycle<T, U>(list: Vec<T>) -> Vec<U> {
+pub(crate) fn recycle<T, U>(mut list: Vec<T>) -> Vec<U> {
+    list.clear();
     debug_assert!(size_of::<T>() == size_of::<U>());
     list.into_iter().filter_map(|_| None).collect()
 }
@@ -84,6 +85,16 @@ fn sort_in_parts<T>(list: &mut [T], compare: &impl Fn(&T, &T) -> Ordering, cance
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn both_lists_count_with_their_capacity() {
+        let mut order = FaceOrder::default();
+        assert_eq!(order.size_bytes(), 0);
+        order.list.reserve_exact(5);
+        assert_eq!(order.size_bytes(), 5 * 16);
+        order.keyed.reserve_exact(3);
+        assert_eq!(order.size_bytes(), 5 * 16 + 3 * 24);
+    }
 
     #[test]
     fn parts_of_a_long_list_are_sorted_as_one() {

@@ -221,9 +221,9 @@ impl Lighting {
         Lighting { prepared_lights, ambient, viewer }
     }
 
-    /// Returns the list, for another draw to reuse.
-    pub fn into_lights(self) -> Vec<PreparedLight> {
-        self.prepared_lights
+    /// Takes the list, for another draw to reuse.
+    pub fn take_lights(&mut self) -> Vec<PreparedLight> {
+        std::mem::take(&mut self.prepared_lights)
     }
 
     /// Returns the lights that can contribute, in order.

@@ -192,7 +192,7 @@ fn set_up_objects(blended_setups: &mut Vec<BlendedSetup>, all: &[PreparedDraw], 
     let mut last = usize::MAX;
     for &(object, _) in list {
         let (prepared, setup) = (&all[object], &mut blended_setups[object]);
-        if object != last && prepared.plan.uses(Part::FacesInOrder) && !setup.is_set_up() {
+        if object != last && prepared.parts.uses(Part::FacesInOrder) && !setup.is_set_up() {
             prepared.set_up_blended(setup);
         }
         last = object;

@@ -1,8 +1,8 @@
-//! Stage 1, second half: decides by which path a draw's faces are drawn, and adds it to the plan.
+//! Stage 1, second half: decides by which path a draw's faces are drawn.
 //!
-//! In: a prepared draw with the plan of its stages, its target, and the backend. Out: the plan with
+//! In: a prepared draw with the parts of its stages, its target, and the backend. Out: the same with
 //! the tile renderer and the faces drawn in order, or the reasons why they are left out. Nothing
-//! after it decides: whoever draws follows the plan.
+//! after it decides: whoever draws follows the parts, and a printed plan has the same.
 //!
 //! Verified by tests/drawing/plan_paths.rs, which compares plans with counts of what drew.
 
@@ -10,7 +10,8 @@ use super::draw_call::{Backend, CoarseDepth, DrawCall, RenderPath, Target};
 use super::geometry_cache::GeometryInfo;
 use super::occlusion_history::FEW_FACES;
 use super::ordered::face_list_bytes;
-use super::plan::{Part, Plan};
+use super::plan::{Part, Parts, Plan, PlanRecord};
+use super::planner::plan_draw;
 use super::prepared_draw::{PreparedDraw, RecycledLists};
 use super::scene::NOTHING_HIDDEN;
 use super::tile::LIST_BYTES;
@@ -42,7 +43,7 @@ pub(crate) fn plan_draw_for(
     cached: Option<Arc<GeometryInfo>>,
 ) -> Plan {
     let mut plan = plan_call(call, target, backend, true, cached);
-    let working = at_worst(call, target, &plan, None, limits);
+    let working = at_worst(call, target, Parts::from(&plan), None, limits);
     plan.set_working_bytes(working.sum());
     plan
 }
@@ -59,28 +60,47 @@ pub(crate) fn plan_call(
     let new = || Arc::new(GeometryInfo::of(call.geometry, CancelToken::default()));
     let geometry_info = cached.unwrap_or_else(new);
     let camera = PreparedDraw::camera_of(call).unwrap_or_default();
-    let mut prepared = PreparedDraw::of(call, camera, target, geometry_info, RecycledLists::default());
-    add_path(&mut prepared, target, backend, keeps_depth);
-    prepared.plan
+    let prepared = PreparedDraw::of(call, camera, target, geometry_info, RecycledLists::default());
+    let mut plan: Plan = plan_draw(call, target, &prepared.lighting, &prepared.geometry_info);
+    record_path(&prepared, &mut plan, target, backend, keeps_depth);
+    if plan.uses(Part::TileRenderer) {
+        plan.set_bytes(Part::TransformVertices, 0);
+        plan.set_bytes(Part::TileRenderer, estimated_bytes(call, target, Parts::from(&plan)));
+    }
+    plan
 }
 
-/// Adds the path of the draw's faces to the plan of its stages; without `keeps_depth`, leaves depth
-/// out.
+/// Adds the path of the draw's faces to its parts; without `keeps_depth`, leaves depth out.
 pub(crate) fn add_path(prepared: &mut PreparedDraw, target: &Target, backend: Backend, keeps_depth: bool) {
+    let mut parts = prepared.parts;
+    record_path(prepared, &mut parts, target, backend, keeps_depth);
+    prepared.parts = parts;
+}
+
+/// Decides the path of a draw's faces, and records it in `plan`, which has the parts of `prepared`.
+fn record_path(
+    prepared: &PreparedDraw,
+    plan: &mut impl PlanRecord,
+    target: &Target,
+    backend: Backend,
+    keeps_depth: bool,
+) {
     let mesh = &prepared.call.geometry.mesh;
     let faces = mesh.triangles.len() as u64;
     if faces == 0 && mesh.lines.is_empty() && mesh.points.is_empty() {
         return;
     }
     if !keeps_depth {
-        prepared.plan.leave_out(Part::DepthMemory, NOTHING_HIDDEN);
-        prepared.plan.leave_out(Part::PickBuffer, NOTHING_HIDDEN);
+        plan.leave_out(Part::DepthMemory, NOTHING_HIDDEN);
+        plan.leave_out(Part::PickBuffer, NOTHING_HIDDEN);
     }
     let is_plain = backend.path == RenderPath::Plain;
     let no_tiles = if is_plain { Some(ON_REQUEST) } else { prepared.unsupported_reason(target) };
-    let Some(no_tiles) = no_tiles else { return add_tiles(prepared, target, backend.coarse) };
+    let Some(no_tiles) = no_tiles else {
+        let has_depth = keeps_depth && prepared.parts.uses(Part::DepthMemory);
+        return record_tiles(prepared, plan, has_depth.then_some(target.depth_format), backend.coarse);
+    };
     let no_vectors = if is_plain { Some(ON_REQUEST) } else { prepared.blended_unsupported_reason(target) };
-    let plan = &mut prepared.plan;
     plan.leave_out(Part::TileRenderer, no_tiles);
     plan.leave_out(Part::CoarseDepth, "the tile renderer tests no depth");
     match no_vectors {
@@ -92,20 +112,22 @@ pub(crate) fn add_path(prepared: &mut PreparedDraw, target: &Target, backend: Ba
     }
 }
 
-/// Adds the tile renderer to the plan.
-fn add_tiles(prepared: &mut PreparedDraw, target: &Target, coarse: CoarseDepth) {
+/// Records that the tile renderer draws the faces; `depth` is the format of the depth that it tests.
+fn record_tiles(
+    prepared: &PreparedDraw,
+    plan: &mut impl PlanRecord,
+    depth: Option<DepthFormat>,
+    coarse: CoarseDepth,
+) {
     let occlusion = prepared.geometry_info.occlusion.get();
-    let (call, plan) = (prepared.call, &mut prepared.plan);
-    let faces = call.geometry.mesh.triangles.len() as u64;
-    let bytes = estimated_bytes(call, target, plan);
+    let faces = prepared.call.geometry.mesh.triangles.len() as u64;
     let reason = "opaque faces: first what is seen, then its colour, in vectors";
-    plan.set_bytes(Part::TransformVertices, 0);
-    plan.add(Part::TileRenderer, reason, faces, bytes);
+    plan.add(Part::TileRenderer, reason, faces, 0);
     plan.leave_out(Part::FacesInOrder, "the tile renderer draws them");
-    match (coarse, target.depth_format) {
-        _ if !plan.uses(Part::DepthMemory) => {
-            plan.leave_out(Part::CoarseDepth, "the tile renderer tests no depth");
-        }
+    let Some(format) = depth else {
+        return plan.leave_out(Part::CoarseDepth, "the tile renderer tests no depth");
+    };
+    match (coarse, format) {
         (CoarseDepth::Off, _) => plan.leave_out(Part::CoarseDepth, "off, on request"),
         (_, DepthFormat::U16 | DepthFormat::U24 | DepthFormat::U32 | DepthFormat::Reversed) => {
             plan.leave_out(Part::CoarseDepth, "only f32 depths have it");

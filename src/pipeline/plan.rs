@@ -4,6 +4,9 @@
 //! whether it runs or exists, the reason, how many items go through it and the bytes it takes. The
 //! pipeline does exactly what its plan says; `--explain` and STATS print it.
 
+mod parts;
+
+pub(crate) use parts::{Parts, PlanRecord};
 use std::fmt;
 
 /// A part of the pipeline, in the order of data flow.

@@ -1,13 +1,13 @@
 //! Stage 1: derives the stages that a draw call needs, by whatever path it is drawn.
 //!
-//! In: a draw call, its target, its lights and cached facts about its mesh. Out: a [`Plan`] without
-//! the parts of the tile renderer, which `path_plan` adds. No vertex is transformed and no pixel is
+//! In: a draw call, its target, its lights and cached facts about its mesh. Out: a record of the
+//! parts that it needs, without those of its path, which `path_plan` adds. No vertex is transformed and no pixel is
 //! read.
 
 use super::draw_call::{DrawCall, Target};
 use super::geometry_cache::GeometryInfo;
 use super::light::Lighting;
-use super::plan::{Part, Plan, Title};
+use super::plan::{Part, PlanRecord, Title};
 use super::vertex::Vertex;
 use super::working::SORT_KEY_BYTES;
 use crate::memory::PickBuffer;
@@ -18,28 +18,25 @@ use glam::DVec3;
 pub(crate) const SORTED_BY_PAINTER: &str = "HIDE painter draws far to near";
 
 /// Derives the plan of one draw call: the parts of the pipeline that it needs, and why.
-pub(crate) fn plan_draw(
+pub(crate) fn plan_draw<P: PlanRecord>(
     call: &DrawCall,
     target: &Target,
     lighting: &Lighting,
     geometry_info: &GeometryInfo,
-) -> Plan {
+) -> P {
     let mesh = &call.geometry.mesh;
     let (width, height) = (target.memory.width(), target.memory.height());
     let pixels = width as u64 * height as u64;
     let faces = mesh.triangles.len() as u64;
     let wire = call.shade == ShadeMode::Wire;
-    let mut plan = Plan::of_frame(
-        Title::Draw { faces, vertices: mesh.positions.len() as u64 },
-        width,
-        height,
-        "nothing asks for it",
-    );
-    if faces == 0 && mesh.lines.is_empty() && mesh.points.is_empty() {
-        plan.title = Title::Words("draw of an empty mesh");
+    let vertices = mesh.positions.len() as u64;
+    let is_empty = faces == 0 && mesh.lines.is_empty() && mesh.points.is_empty();
+    let title =
+        if is_empty { Title::Words("draw of an empty mesh") } else { Title::Draw { faces, vertices } };
+    let mut plan = P::of_frame(title, [width, height], "nothing asks for it");
+    if is_empty {
         return plan;
     }
-    let vertices = mesh.positions.len() as u64;
     let vertex_bytes = vertices * size_of::<Vertex>() as u64;
     plan.add(Part::TransformVertices, "every position once", vertices, vertex_bytes);
     match call.is_parallel() {
@@ -125,7 +122,7 @@ fn plan_faces(
     call: &DrawCall,
     lighting: &Lighting,
     geometry_info: &GeometryInfo,
-    plan: &mut Plan,
+    plan: &mut impl PlanRecord,
     faces: u64,
     wire: bool,
 ) {
@@ -162,7 +159,7 @@ fn plan_faces(
 }
 
 /// Adds culling, clipping and coverage of faces.
-fn plan_coverage(call: &DrawCall, plan: &mut Plan, faces: u64, wire: bool) {
+fn plan_coverage(call: &DrawCall, plan: &mut impl PlanRecord, faces: u64, wire: bool) {
     match call.cull {
         Cull::None => plan.leave_out(Part::CullFaces, "CULL none"),
         _ => plan.add(Part::CullFaces, "by the sign of the screen area", faces, 0),
@@ -184,7 +181,7 @@ fn plan_lighting(
     call: &DrawCall,
     lighting: &Lighting,
     geometry_info: &GeometryInfo,
-    plan: &mut Plan,
+    plan: &mut impl PlanRecord,
     faces: u64,
 ) {
     let mesh = &call.geometry.mesh;
@@ -222,7 +219,7 @@ fn plan_lighting(
 }
 
 /// Leaves out everything that lighting needs: nothing depends on the lights.
-fn leave_lighting_out(lighting: &Lighting, plan: &mut Plan) {
+fn leave_lighting_out(lighting: &Lighting, plan: &mut impl PlanRecord) {
     let reason = if lighting.light_count() == 0 { "no light" } else { "no material answers the lights" };
     for part in [
         Part::FaceNormals,

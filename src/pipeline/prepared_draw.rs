@@ -1,4 +1,4 @@
-//! A prepared draw: its plan, and the data that all of its faces share.
+//! A prepared draw: its parts, and the data that all of its faces share.
 //!
 //! In: a draw call, its target's size and format, and cached facts about its mesh. Out: a
 //! [`PreparedDraw`], whose methods run the later stages face by face. Errors occur only while it is
@@ -14,7 +14,7 @@ use crate::pipeline::geometry_cache::{GeometryInfo, Needs};
 use crate::pipeline::light::{Lighting, PreparedLight, ViewerPosition};
 use crate::pipeline::normals::{NormalMatrix, Normals};
 use crate::pipeline::pixel::PixelRules;
-use crate::pipeline::plan::{Part, Plan};
+use crate::pipeline::plan::{Part, Parts};
 use crate::pipeline::planner::plan_draw;
 use crate::pipeline::preemption::{NOT_PREEMPTED, Preemption};
 use crate::pipeline::shading_space::ShadingSpace;
@@ -52,8 +52,8 @@ impl RecycledLists {
 pub(crate) struct PreparedDraw<'a> {
     /// The draw call.
     pub call: &'a DrawCall<'a>,
-    /// Its plan.
-    pub plan: Plan,
+    /// The parts of the pipeline that its plan uses.
+    pub parts: Parts,
     /// Transformation, culling and clipping of its faces.
     pub assembler: Assembler,
     /// All transformed vertices, or empty before [`PreparedDraw::transform_all`].
@@ -100,26 +100,11 @@ impl<'a> PreparedDraw<'a> {
         recycled: RecycledLists,
         stats: &mut DrawStats,
     ) -> Result<Self, PipelineError> {
-        let camera = PreparedDraw::check(call, &geometry_info, None)?;
+        check(call, &geometry_info)?;
+        let camera = PreparedDraw::camera_of(call)?;
         let prepared = PreparedDraw::of(call, camera, target, geometry_info, recycled);
         stats.vertices += prepared.vertices_in();
         Ok(prepared)
-    }
-
-    /// Checks the draw and returns the camera's matrices: `camera` if given, otherwise computed.
-    ///
-    /// # Errors
-    /// When the model matrix or the mesh is invalid, or the camera makes no picture.
-    pub fn check(
-        call: &DrawCall,
-        geometry_info: &GeometryInfo,
-        camera: Option<CameraMatrices>,
-    ) -> Result<CameraMatrices, PipelineError> {
-        check(call, geometry_info)?;
-        match camera {
-            Some(camera) => Ok(camera),
-            None => Ok(Self::camera_of(call)?),
-        }
     }
 
     /// Returns the matrices of the draw's camera.
@@ -130,7 +115,7 @@ impl<'a> PreparedDraw<'a> {
         call.camera.matrices(call.viewport.width.max(1) as f64 / call.viewport.height.max(1) as f64)
     }
 
-    /// Prepares a draw that has passed [`PreparedDraw::check`], with this camera.
+    /// Prepares a draw that has passed [`check`], with this camera.
     pub fn of(
         call: &'a DrawCall<'a>,
         camera: CameraMatrices,
@@ -142,11 +127,11 @@ impl<'a> PreparedDraw<'a> {
         let transform = Transform { model: call.model, camera, screen };
         let lighting = call.lighting(ViewerPosition::of(&camera), recycled.prepared_lights);
         recycled.vertices.clear();
-        // Stage 1: the plan.
-        let plan = plan_draw(call, target, &lighting, &geometry_info);
+        // Stage 1: the parts.
+        let parts = plan_draw(call, target, &lighting, &geometry_info);
         PreparedDraw {
             call,
-            plan,
+            parts,
             space: ShadingSpace::new(&transform, geometry_info.bounds),
             assembler: Assembler::new(transform, call.cull),
             vertices: recycled.vertices,
@@ -160,12 +145,11 @@ impl<'a> PreparedDraw<'a> {
 
     /// Returns the facts that this draw needs of its geometry.
     pub fn needs(&self) -> Needs {
-        let plan = &self.plan;
-        let is_lit = [Part::LightPixels, Part::LightVertices, Part::LightFaces].iter().any(|p| plan.uses(*p));
+        let (parts, is_lit) = (self.parts, self.parts.is_lit());
         let is_flat = self.call.shade == ShadeMode::Flat;
-        let is_fast = plan.uses(Part::TileRenderer);
+        let is_fast = parts.uses(Part::TileRenderer);
         Needs {
-            normals: plan.uses(Part::FaceNormals).then(|| plan.uses(Part::VertexNormals)),
+            normals: parts.uses(Part::FaceNormals).then(|| parts.uses(Part::VertexNormals)),
             prepared: is_fast.then_some(is_lit && !is_flat),
             faces: is_fast && is_flat && (is_lit || !self.call.geometry.mesh.colors.is_empty()),
         }
@@ -173,7 +157,7 @@ impl<'a> PreparedDraw<'a> {
 
     /// Returns the number of vertices to transform.
     pub fn vertices_in(&self) -> u64 {
-        match self.plan.uses(Part::TransformVertices) {
+        match self.parts.uses(Part::TransformVertices) {
             true => self.call.geometry.mesh.positions.len() as u64,
             false => 0,
         }
@@ -182,7 +166,7 @@ impl<'a> PreparedDraw<'a> {
     /// Stage 2: transforms all positions to clip space and the screen, unless that is done. A
     /// cancelled draw leaves the list incomplete.
     pub fn transform_all(&mut self) {
-        if self.vertices.is_empty() && self.plan.uses(Part::TransformVertices) {
+        if self.vertices.is_empty() && self.parts.uses(Part::TransformVertices) {
             let positions = &self.call.geometry.mesh.positions;
             let transform = self.assembler.transform;
             for some in positions.chunks(1 << 14).take_while(|_| !self.cancel.is_cancelled()) {
@@ -191,9 +175,10 @@ impl<'a> PreparedDraw<'a> {
         }
     }
 
-    /// Returns the buffers for another draw to reuse.
-    pub fn into_recycled(self) -> RecycledLists {
-        RecycledLists { prepared_lights: self.lighting.into_lights(), vertices: self.vertices }
+    /// Takes the buffers of a finished draw, for another one to reuse.
+    pub fn take_recycled(&mut self) -> RecycledLists {
+        let prepared_lights = self.lighting.take_lights();
+        RecycledLists { prepared_lights, vertices: std::mem::take(&mut self.vertices) }
     }
 
     /// Returns the transformed vertex of a position index.
@@ -207,8 +192,8 @@ impl<'a> PreparedDraw<'a> {
 
     /// Stage 3: returns the normals that the plan requires.
     fn normals(&self) -> Option<&Normals> {
-        let smooth = self.plan.uses(Part::VertexNormals);
-        self.plan
+        let smooth = self.parts.uses(Part::VertexNormals);
+        self.parts
             .uses(Part::FaceNormals)
             .then(|| self.geometry_info.normals(&self.call.geometry.mesh, smooth))
     }
@@ -224,13 +209,13 @@ impl<'a> PreparedDraw<'a> {
             screen: &self.transform().screen,
             lighting: &self.lighting,
             interp: self.call.interp,
-            divide: self.plan.uses(Part::PerspectiveDivision),
+            divide: self.parts.uses(Part::PerspectiveDivision),
         }
     }
 
     /// Creates the depth memory if the plan requires it and the target has none that fits.
     pub fn open_buffers(&self, target: &mut Target) {
-        if !self.plan.uses(Part::DepthMemory) {
+        if !self.parts.uses(Part::DepthMemory) {
             return;
         }
         let (width, height, format) = (target.memory.width(), target.memory.height(), target.depth_format);
@@ -252,7 +237,7 @@ impl<'a> PreparedDraw<'a> {
 
     /// Returns the target's rows as this draw may write them.
     pub fn target_rows<'t>(&self, target: &'t mut Target) -> TargetRows<'t> {
-        TargetRows::new(target, self.transform().screen.clip, &self.plan)
+        TargetRows::new(target, self.transform().screen.clip, self.parts)
     }
 
     /// Returns whether attributes are interpolated linearly on the screen.
@@ -262,7 +247,7 @@ impl<'a> PreparedDraw<'a> {
 }
 
 /// Checks that the model matrix is finite and affine, and that the mesh's indices are valid.
-fn check(call: &DrawCall, geometry_info: &GeometryInfo) -> Result<(), PipelineError> {
+pub(crate) fn check(call: &DrawCall, geometry_info: &GeometryInfo) -> Result<(), PipelineError> {
     if !call.model.is_finite() {
         return Err(PipelineError::NotFinite { what: "the model matrix" });
     }

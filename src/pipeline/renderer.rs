@@ -158,7 +158,7 @@ impl Renderer {
     /// Returns the worst-case working memory of a draw.
     fn at_worst(&self, prepared: &PreparedDraw, target: &Target) -> WorkingBytes {
         let bound = self.list_limits();
-        at_worst(prepared.call, target, &prepared.plan, prepared.geometry_info.vertex_count(), bound)
+        at_worst(prepared.call, target, prepared.parts, prepared.geometry_info.vertex_count(), bound)
     }
 
     /// Reserves the bytes that `worst` returns for the current bound of the tiles' lists. If they
@@ -266,7 +266,7 @@ impl Renderer {
         self.draw_faces(own, Layer::All, target, &mut |_, faces| stats += faces);
         prepared.draw_lines(target, &mut stats);
         prepared.draw_points(target, &mut stats);
-        self.workspace.recycled = prepared.into_recycled();
+        self.workspace.recycled = prepared.take_recycled();
         self.shrink_reservation();
         Ok(stats)
     }
@@ -331,7 +331,7 @@ impl Renderer {
         target: &mut Target,
         each: &mut dyn FnMut(usize, DrawStats),
     ) -> usize {
-        if all[0].plan.uses(Part::TileRenderer) {
+        if all[0].parts.uses(Part::TileRenderer) {
             let count = self.batch_size(all, target);
             let context = DrawContext { level: self.level(), executor: &self.executor };
             let batch = &mut self.workspace.draw_batch;
@@ -356,7 +356,7 @@ impl Renderer {
         let mut order = std::mem::take(&mut self.workspace.order);
         preemption.without(target, items, || {
             order.collect_faces(all, |p, t| p.is_in(t, layer));
-            if prepared.plan.uses(Part::SortFaces) {
+            if prepared.parts.uses(Part::SortFaces) {
                 order.sort(all, self.executor.cancel());
             }
         });
@@ -413,14 +413,14 @@ fn shared<'a>(call: &DrawCall<'a>) -> Option<&'a Arc<Geometry>> {
 
 /// Notes how much of a mesh was hidden, unless the draw was cancelled.
 fn note_occlusion(prepared: &PreparedDraw, stats: &DrawStats) {
-    if prepared.plan.uses(Part::DepthMemory) && !prepared.cancel.is_cancelled() {
-        prepared.geometry_info.occlusion.note(stats, prepared.plan.uses(Part::CoarseDepth));
+    if prepared.parts.uses(Part::DepthMemory) && !prepared.cancel.is_cancelled() {
+        prepared.geometry_info.occlusion.note(stats, prepared.parts.uses(Part::CoarseDepth));
     }
 }
 
 /// Returns whether [`small_at_worst`] bounds the draw's working memory.
 fn is_small(prepared: &PreparedDraw) -> bool {
-    prepared.plan.uses(Part::TileRenderer) && prepared.call.geometry.mesh.triangles.len() <= SMALL_FACES
+    prepared.parts.uses(Part::TileRenderer) && prepared.call.geometry.mesh.triangles.len() <= SMALL_FACES
 }
 
 #[cfg(test)]

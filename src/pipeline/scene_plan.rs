@@ -5,7 +5,7 @@ use super::geometry_cache::GeometryInfo;
 use super::light::PreparedLight;
 use super::ordered::face_list_bytes;
 use super::path_plan::plan_call;
-use super::plan::{Part, Plan, Title};
+use super::plan::{Part, Parts, Plan, Title};
 use super::planner::SORTED_BY_PAINTER;
 use super::prepared_draw::{PreparedDraw, RecycledLists};
 use super::scene::{calls_of, leaves_depth_out};
@@ -51,7 +51,7 @@ pub(crate) fn plan_scene_for(
     }
     // All objects' faces share one list.
     plan.set_bytes(Part::FacesInOrder, face_list_bytes(plan.item(Part::FacesInOrder).count));
-    let each: Vec<(DrawCall, Plan)> = calls.into_iter().zip(plans).collect();
+    let each: Vec<(DrawCall, Parts)> = calls.into_iter().zip(plans.iter().map(Parts::from)).collect();
     let worst = scene_at_worst(&each, target, threads, options, object_bytes(scene));
     plan.set_working_bytes(worst.sum());
     if options.hide == HiddenSurface::Painter && plan.uses(Part::SortFaces) {
@@ -77,17 +77,17 @@ pub(crate) fn object_bytes(scene: &Scene) -> u64 {
 /// Returns the memory for faces drawn in submission order: vertices of all their objects at once,
 /// and one face list.
 pub(crate) fn in_order<'a>(
-    all: impl Iterator<Item = (&'a DrawCall<'a>, &'a Plan)>,
+    all: impl Iterator<Item = (&'a DrawCall<'a>, Parts)>,
     options: &SceneOptions,
     object_bytes: u64,
 ) -> WorkingBytes {
     let mut bytes = WorkingBytes::default();
     let is_painted = options.hide == HiddenSurface::Painter;
     let (mut faces, mut vertices) = (0, 0);
-    for (call, plan) in all.filter(|(_, plan)| is_painted || plan.uses(Part::ReadBack)) {
+    for (call, parts) in all.filter(|(_, parts)| is_painted || parts.uses(Part::ReadBack)) {
         let mesh = &call.geometry.mesh;
         faces += mesh.triangles.len() as u64;
-        vertices += if plan.uses(Part::TransformVertices) { mesh.positions.len() as u64 } else { 0 };
+        vertices += if parts.uses(Part::TransformVertices) { mesh.positions.len() as u64 } else { 0 };
     }
     ordered(&mut bytes, faces, is_painted || options.transparency == TransparencyOrder::Sorted);
     bytes[Working::Vertices] = vertices * size_of::<Vertex>() as u64;
@@ -98,19 +98,19 @@ pub(crate) fn in_order<'a>(
 /// Returns the worst-case memory of a scene with `threads` threads: the maximum of each part over
 /// all objects.
 fn scene_at_worst(
-    each: &[(DrawCall, Plan)],
+    each: &[(DrawCall, Parts)],
     target: &Target,
     threads: u64,
     options: &SceneOptions,
     object_bytes: u64,
 ) -> WorkingBytes {
     let bound = ListLimits { threads, list_bytes: LIST_BYTES as u64 };
-    let mut worst = in_order(each.iter().map(|(call, plan)| (call, plan)), options, object_bytes);
-    let is_small = |plan: &Plan, call: &DrawCall| {
-        plan.uses(Part::TileRenderer) && call.geometry.mesh.triangles.len() <= SMALL_FACES
+    let mut worst = in_order(each.iter().map(|(call, parts)| (call, *parts)), options, object_bytes);
+    let is_small = |parts: Parts, call: &DrawCall| {
+        parts.uses(Part::TileRenderer) && call.geometry.mesh.triangles.len() <= SMALL_FACES
     };
-    let small = || each.iter().filter(|(call, plan)| is_small(plan, call)).map(|(c, _)| binding_bytes(c));
-    each.iter().for_each(|(call, plan)| worst.cover(&at_worst(call, target, plan, None, bound)));
+    let small = || each.iter().filter(|(call, parts)| is_small(*parts, call)).map(|(c, _)| binding_bytes(c));
+    each.iter().for_each(|(call, parts)| worst.cover(&at_worst(call, target, *parts, None, bound)));
     if let Some(surfaces) = small().max() {
         worst.cover(&small_at_worst(surfaces, target, bound));
     }

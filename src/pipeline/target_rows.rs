@@ -1,7 +1,7 @@
 //! Rows of a render target: the buffers that a draw writes, split between threads.
 
 use super::draw_call::Target;
-use super::plan::{Part, Plan};
+use super::plan::{Part, Parts};
 use crate::math::coverage::PixelRect;
 use crate::memory::{DepthFormat, DepthWords, PickBuffer};
 use std::ops::Range;
@@ -26,11 +26,11 @@ pub(crate) struct TargetRows<'t> {
 
 impl<'t> TargetRows<'t> {
     /// Returns all rows of the frame, with its depths and ids if the plan uses them.
-    pub fn new(target: &'t mut Target, clip: PixelRect, plan: &Plan) -> Self {
+    pub fn new(target: &'t mut Target, clip: PixelRect, parts: Parts) -> Self {
         let width = target.memory.width() as usize;
-        let depth = target.depth.as_mut().filter(|_| plan.uses(Part::DepthMemory));
+        let depth = target.depth.as_mut().filter(|_| parts.uses(Part::DepthMemory));
         let depth = depth.map(|d| (d.format(), d.words_mut()));
-        let ids = target.ids.as_deref_mut().filter(|_| plan.uses(Part::PickBuffer)).map(PickBuffer::ids_mut);
+        let ids = target.ids.as_deref_mut().filter(|_| parts.uses(Part::PickBuffer)).map(PickBuffer::ids_mut);
         let bytes = target.memory.bytes_mut();
         TargetRows { width, clip, y0: 0, bytes, depth, ids, written: 0..0 }
     }

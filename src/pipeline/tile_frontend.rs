@@ -15,7 +15,7 @@ mod support;
 use super::assemble::{Face, Facing};
 use super::draw_call::{DrawStats, Target};
 use super::indexed_mesh::IndexedMesh;
-use super::plan::{Part, Plan};
+use super::plan::{Part, Parts};
 use super::prepared_draw::PreparedDraw;
 use super::sampler::Footprint;
 use super::shade::ShadingFrequency;
@@ -76,14 +76,14 @@ impl PreparedDraw<'_> {
     /// Returns the tile renderer's statistics with the lighting counts of the plain path, which
     /// lights overdrawn pixels too.
     fn counted(&self, mut draw: DrawStats) -> DrawStats {
-        if self.plan.uses(Part::LightPixels) {
+        if self.parts.uses(Part::LightPixels) {
             draw.pixels_lit = draw.pixels_written;
-        } else if self.plan.uses(Part::LightVertices) {
+        } else if self.parts.uses(Part::LightVertices) {
             draw.vertices_lit = draw.faces_drawn * 3;
-        } else if self.plan.uses(Part::LightFaces) {
+        } else if self.parts.uses(Part::LightFaces) {
             draw.vertices_lit = draw.faces_drawn;
         }
-        draw.coarse_draws = u64::from(self.plan.uses(Part::CoarseDepth));
+        draw.coarse_draws = u64::from(self.parts.uses(Part::CoarseDepth));
         draw
     }
 
@@ -105,16 +105,16 @@ impl PreparedDraw<'_> {
         }
         let width = to[0].min(clip.x1 as f64) - from[0].max(clip.x0 as f64);
         let height = to[1].min(clip.y1 as f64) - from[1].max(clip.y0 as f64);
-        let per_pixel = 1 + if self.plan.uses(Part::LightPixels) { self.lighting.light_count() } else { 0 };
+        let per_pixel = 1 + if self.parts.uses(Part::LightPixels) { self.lighting.light_count() } else { 0 };
         width.max(0.0) * height.max(0.0) * per_pixel as f64 <= LITTLE_WORK
     }
 }
 
-/// Returns the memories of the target that the plan uses, as the tile renderer's slices.
-fn frame_of<'t>(target: &'t mut Target, plan: &Plan) -> FrameSlices<'t> {
+/// Returns the memories of the target that the draw uses, as the tile renderer's slices.
+fn frame_of<'t>(target: &'t mut Target, parts: Parts) -> FrameSlices<'t> {
     let width = target.memory.width() as usize;
-    let depth = target.depth.as_mut().filter(|_| plan.uses(Part::DepthMemory)).map(|d| d.cells_mut());
-    let pick = target.ids.as_deref_mut().filter(|_| plan.uses(Part::PickBuffer));
+    let depth = target.depth.as_mut().filter(|_| parts.uses(Part::DepthMemory)).map(|d| d.cells_mut());
+    let pick = target.ids.as_deref_mut().filter(|_| parts.uses(Part::PickBuffer));
     let pick = pick.map_or(PickCells { ids: &mut [], pending_clear: &mut [] }, PickBuffer::cells_mut);
     FrameSlices { width, bytes: target.memory.bytes_mut(), depth, pick }
 }

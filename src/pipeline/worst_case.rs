@@ -1,11 +1,11 @@
 //! Worst-case working memory of draws.
 //!
-//! In: a draw and its plan. Out: the most bytes that each part of the working memory can grow to.
+//! In: a draw and its parts. Out: the most bytes that each part of the working memory can grow to.
 //! tests/allocations/draw_memory.rs compares these figures with a counting allocator.
 
 use super::draw_call::{DrawCall, Target};
 use super::ordered::face_list_bytes;
-use super::plan::{Part, Plan};
+use super::plan::{Part, Parts};
 use super::reference::wire_bytes;
 use super::tile::{DEPTH_VERTEX_BYTES, SCREEN_VERTEX_BYTES, worst_list_bytes};
 use super::tile_frontend::{binding_bytes, working_bytes};
@@ -27,28 +27,28 @@ pub(crate) struct ListLimits {
 pub(crate) fn at_worst(
     call: &DrawCall,
     target: &Target,
-    plan: &Plan,
+    parts: Parts,
     vertices: Option<u64>,
     bound: ListLimits,
 ) -> WorkingBytes {
     let mesh = &call.geometry.mesh;
     let faces = mesh.triangles.len() as u64;
-    if plan.uses(Part::TileRenderer) {
+    if parts.uses(Part::TileRenderer) {
         let most = mesh.corners.len().min(3 * mesh.triangles.len()) as u64;
-        let mut bytes = working_bytes(call, target.depth_format, plan, vertices.unwrap_or(most));
+        let mut bytes = working_bytes(call, target.depth_format, parts, vertices.unwrap_or(most));
         let size = (target.memory.width() as usize, target.memory.height() as usize);
         bytes[Working::Lists] = worst_list_bytes(faces, bound.threads, size, bound.list_bytes);
         return bytes;
     }
     let mut bytes = WorkingBytes::default();
     bytes[Working::Surfaces] = binding_bytes(call);
-    if plan.uses(Part::TransformVertices) {
+    if parts.uses(Part::TransformVertices) {
         bytes[Working::Vertices] = mesh.positions.len() as u64 * size_of::<Vertex>() as u64;
     }
     if call.shade == ShadeMode::Wire {
         bytes[Working::Edges] = wire_bytes(mesh);
     } else {
-        ordered(&mut bytes, faces, plan.uses(Part::SortFaces));
+        ordered(&mut bytes, faces, parts.uses(Part::SortFaces));
     }
     bytes
 }

@@ -414,7 +414,7 @@ fn the_strategy_makes_every_verb_that_the_table_does_not_describe() {
 #[test]
 fn what_has_no_bytes_says_why_and_leaves_the_buffer_alone() {
     type IsRight = fn(&EncodeError) -> bool;
-    let cases: [(Command, IsRight); 9] = [
+    let cases: [(Command, IsRight); 10] = [
         (Command::Translate(DVec3::new(0.0, f64::NAN, 0.0)), |e| e.code().as_str() == "ENUM"),
         (Command::Read { rect: Rect { x: 0, y: 0, w: -1, h: 0 } }, |e| e.code().as_str() == "ERANGE"),
         (Command::Blit { rect: Rect { x: 0, y: 0, w: 1, h: 1 }, rgba: vec![0; 5] }, |e| {
@@ -428,6 +428,9 @@ fn what_has_no_bytes_says_why_and_leaves_the_buffer_alone() {
         }),
         (Command::UseTexture { name: Some("Off".into()), sampling: Sampling::default() }, |e| {
             matches!(e, EncodeError::NoText { verb: "TEXTURE", .. })
+        }),
+        (Command::Snap(SnapTarget::File(":".into())), |e| {
+            matches!(e, EncodeError::NoText { verb: "SNAP", .. })
         }),
         (Command::Material(Box::new(Material { name: "x".into(), ..Material::default() })), |e| {
             matches!(e, EncodeError::NoText { verb: "MATERIAL", .. })

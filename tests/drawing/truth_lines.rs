@@ -4,7 +4,7 @@
 //! are compared with the reference.
 
 use fbptr::measure::draw_case;
-use fbptr::scene::{Corner, Fog, FogKind, HiddenSurface, LightingModel, Mesh, NONE, ShadeMode};
+use fbptr::scene::{Camera, Corner, Fog, FogKind, HiddenSurface, LightingModel, Mesh, NONE, ShadeMode};
 use fbptr::truth::scenes::{Case, Random, object, random};
 use fbptr::truth::{compare, render};
 use glam::DVec3;
@@ -84,4 +84,25 @@ fn wireframes_whose_lines_are_all_seen() {
         case
     }));
     assert!(drawn > 4_000, "{drawn} pixels");
+}
+
+#[test]
+fn of_two_segments_at_one_depth_the_first_stays() {
+    let mut case = random(1);
+    let segment = |name: &str, emissive: DVec3| {
+        let mut mesh = Mesh::from_triangles(vec![DVec3::new(-1.0, 0.1, 0.0), DVec3::new(1.0, 0.1, 0.0)], &[]);
+        mesh.corners =
+            (0..2).map(|position| Corner { position, normal: NONE, texcoord: NONE, color: NONE }).collect();
+        mesh.lines = vec![[0, 1]];
+        let mut own = object(name, mesh);
+        own.material.model = LightingModel::Unlit;
+        own.material.emissive = emissive;
+        own
+    };
+    case.scene.objects = vec![segment("first", DVec3::X), segment("second", DVec3::Y)];
+    (case.scene.fog, case.scene.background.color, case.scene.camera) = (None, None, Some(Camera::default()));
+    (case.settings.hide, case.settings.viewport) = (HiddenSurface::ZBuffer, None);
+    let found = draw_case(&case);
+    let count = |channel: usize| found.memory.bytes().chunks_exact(4).filter(|p| p[channel] == 255).count();
+    assert!(count(0) > 10 && count(1) == 0, "{} red and {} green pixels", count(0), count(1));
 }

@@ -217,6 +217,10 @@ mod tests {
             let (n, edge) = (dim as f64, (2.0 * (dim as f64 + 1.0) / dim as f64).sqrt());
             let want = edge.powi(dim as i32) * (n + 1.0).sqrt() / (factorial(dim) * 2f64.powf(n / 2.0));
             assert!((volume(&simplex) - want).abs() < 1e-12, "{dim}");
+            // The last point is that on the negative half of the diagonal, opposite the face of the
+            // unit axes.
+            let last = simplex.points.last().unwrap();
+            assert!(last.iter().all(|x| (x + 1.0 / n.sqrt()).abs() < 1e-12), "{dim}: {last:?}");
         }
         let cell24 = cell24(4).unwrap();
         assert_closed(&cell24);

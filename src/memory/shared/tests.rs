@@ -203,3 +203,13 @@ fn truncations_at_any_moment_are_found_and_taken_for_nothing_else() {
         assert!(memory.bytes().iter().all(|b| *b == color), "what we drew is ours still");
     }
 }
+
+#[test]
+fn what_is_no_regular_file_is_named() {
+    let folder = Folder::new("kinds");
+    let link = folder.0.join("link");
+    std::os::unix::fs::symlink("nowhere", &link).unwrap();
+    let kinds = [&link, &folder.0, Path::new("/dev/null")]
+        .map(|path: &Path| kind_of(&std::fs::symlink_metadata(path).unwrap()));
+    assert_eq!(kinds, ["a symbolic link", "a folder", "a device or pipe"]);
+}

@@ -2,6 +2,10 @@
 
 use super::*;
 use crate::memory::{DepthFormat, VideoMemory};
+use crate::pipeline::draw_call::Backend;
+use crate::pipeline::path_plan::{add_path, plan_call};
+use crate::pipeline::prepared_draw::PreparedDraw;
+use crate::pipeline::scene::{calls_of, leaves_depth_out};
 use crate::pipeline::{DepthUse, DrawStats, SceneOptions, Target, draw_scene, plan_scene};
 use crate::scene::*;
 use glam::{DMat4, DVec2, DVec3};
@@ -73,8 +77,25 @@ fn plan_and_draw(scene: &Scene, change: impl FnOnce(&mut SceneOptions)) -> (Plan
     let mut target =
         Target { memory: &mut memory, depth: &mut depth, depth_format: DepthFormat::U16, ids: None };
     let plan = plan_scene(&target, scene, &options);
+    assert_same_parts(&target, scene, &options);
     let stats = draw_scene(&mut target, scene, &options).unwrap();
     (plan, stats, depth.is_some())
+}
+
+/// Asserts that the draw of each object has the parts of its printed plan.
+#[track_caller]
+fn assert_same_parts(target: &Target, scene: &Scene, options: &SceneOptions) {
+    let calls = calls_of(scene, options);
+    let keeps_depth = !leaves_depth_out(&calls, None, options);
+    for call in &calls {
+        let plan = plan_call(call, target, Backend::default(), keeps_depth, None);
+        let mut prepared = PreparedDraw::new(call, target, &mut DrawStats::default()).unwrap();
+        add_path(&mut prepared, target, Backend::default(), keeps_depth);
+        assert_eq!(prepared.parts, Parts::from(&plan), "{plan}");
+        for part in Part::ALL {
+            assert_eq!(prepared.parts.uses(part), plan.uses(part), "{part:?}");
+        }
+    }
 }
 
 fn whole(options: &mut SceneOptions) {

@@ -60,7 +60,7 @@ impl<'a> PreparedDraw<'a> {
 
     /// Returns whether a triangle is transparent, seen from a side that is visible.
     pub fn is_transparent(&self, triangle: u32) -> bool {
-        if !self.plan.uses(Part::ReadBack) {
+        if !self.parts.uses(Part::ReadBack) {
             return false;
         }
         let polygon = &self.call.geometry.mesh.polygons[self.polygon_of(triangle)];
@@ -122,7 +122,7 @@ impl<'a> PreparedDraw<'a> {
         let corners = self.corners(triangle);
         let texcoords = texture.and_then(|t| Some((t, t.sampling(call.sampling), self.texcoords(corners)?)));
         let is_lit = self.lighting.depends_on_point(material);
-        let fog = call.fog.filter(|_| self.plan.uses(Part::Fog));
+        let fog = call.fog.filter(|_| self.parts.uses(Part::Fog));
         let positions = match is_lit || fog.is_some() {
             true => corners.map(|c| self.transform().world(mesh.positions[c.position as usize])),
             false => [DVec3::ZERO; 3],

@@ -60,7 +60,7 @@ impl PreparedDraw<'_> {
     pub fn draw_wire(&self, target: &mut Target, stats: &mut DrawStats) {
         let mesh = &self.call.geometry.mesh;
         // Finds the visible faces; under zbuffer they hide lines.
-        let hides = self.plan.uses(Part::Coverage) && self.call.hide == HiddenSurface::ZBuffer;
+        let hides = self.parts.uses(Part::Coverage) && self.call.hide == HiddenSurface::ZBuffer;
         let mut is_face_seen = Vec::with_capacity(mesh.triangles.len());
         let mut is_seen = vec![false; mesh.polygons.len()];
         for t in 0..mesh.triangles.len() as u32 {
@@ -274,7 +274,7 @@ impl PreparedDraw<'_> {
         let mut opacity = (1.0 - material.transparency.clamp(0.0, 1.0)) * varyings[7];
         opacity = opacity.clamp(0.0, 1.0);
         let index = target.memory.width() as usize * y as usize + x as usize;
-        if self.plan.uses(Part::DepthMemory)
+        if self.parts.uses(Part::DepthMemory)
             && let Some(depth) = target.depth.as_mut()
         {
             let format = depth.format();

@@ -34,7 +34,7 @@ pub fn draw(target: &mut Target, call: &DrawCall) -> Result<DrawStats, PipelineE
         let mut order = FaceOrder::default();
         let all = std::slice::from_ref(&prepared);
         order.collect_faces(all, |_, _| true);
-        if prepared.plan.uses(Part::SortFaces) {
+        if prepared.parts.uses(Part::SortFaces) {
             order.sort(all, prepared.cancel);
         }
         for &(_, triangle) in order.list() {

@@ -14,7 +14,7 @@ use crate::pipeline::draw_call::{DrawCall, DrawStats, PipelineError, Target};
 use crate::pipeline::geometry_cache::GeometryInfo;
 use crate::pipeline::light::PreparedLight;
 use crate::pipeline::plan::Part;
-use crate::pipeline::prepared_draw::{Layer, PreparedDraw, RecycledLists};
+use crate::pipeline::prepared_draw::{Layer, PreparedDraw, RecycledLists, check};
 use crate::pipeline::vertex::Vertex;
 use crate::pipeline::working::{Working, WorkingBytes};
 use crate::pipeline::worst_case::SMALL_FACES;
@@ -83,15 +83,15 @@ impl Renderer {
         let ready = all.iter().take_while(|prepared| self.prepare_geometry(prepared).is_ok()).count();
         all.truncate(ready);
         // Draws by the plain path keep their vertices to the end.
-        let in_order = all.iter().filter(|prepared| !prepared.plan.uses(Part::TileRenderer));
+        let in_order = all.iter().filter(|prepared| !prepared.parts.uses(Part::TileRenderer));
         required[Working::Vertices] =
             in_order.map(PreparedDraw::vertices_in).sum::<u64>() * size_of::<Vertex>() as u64;
         if self.reserve_scene(&all, target, &required).is_err() {
             all.clear();
         }
         let counts = self.draw_prepared(target, &mut all);
-        for (prepared, recycled) in all.drain(..).zip(&mut recycled) {
-            *recycled = prepared.into_recycled();
+        for (prepared, recycled) in all.iter_mut().zip(&mut recycled) {
+            *recycled = prepared.take_recycled();
         }
         let prepared = recycle(all);
         self.workspace.scene = SceneLists { calls: no_calls, prepared, geometry_infos, recycled, order };
@@ -113,7 +113,10 @@ impl Renderer {
             let same =
                 |earlier: &DrawCall| (earlier.camera, earlier.viewport) == (call.camera, call.viewport);
             let known = i.checked_sub(1).filter(|&before| same(&calls[before])).map(|before| cameras[before]);
-            let Ok(camera) = PreparedDraw::check(call, &info, known) else { break };
+            if check(call, &info).is_err() {
+                break;
+            }
+            let Some(camera) = known.or_else(|| PreparedDraw::camera_of(call).ok()) else { break };
             cameras.push(camera);
             geometry_infos.push(info);
         }

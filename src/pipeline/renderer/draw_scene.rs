@@ -11,7 +11,7 @@ use crate::pipeline::geometry_cache::GeometryInfo;
 use crate::pipeline::path_plan::add_path;
 use crate::pipeline::plan::Part;
 use crate::pipeline::preemption::Preemption;
-use crate::pipeline::prepared_draw::{Layer, PreparedDraw, RecycledLists};
+use crate::pipeline::prepared_draw::{Layer, PreparedDraw, RecycledLists, check};
 use crate::pipeline::scene::{each_call, leaves_depth_out};
 use crate::pipeline::scene_plan::{in_order, object_bytes};
 use crate::scene::{CameraMatrices, HiddenSurface, Scene, ShadeMode, TransparencyOrder};
@@ -61,7 +61,7 @@ impl Renderer {
                 self.prepare_objects(&draws, calls, &mut geometry_infos, recycled, &mut all);
             }
         }
-        let face_list = in_order(all.iter().map(|p| (p.call, &p.plan)), options, object_bytes);
+        let face_list = in_order(all.iter().map(|p| (p.call, p.parts)), options, object_bytes);
         preemption.without(target, items, || self.prepare_geometries(&all))?;
         self.reserve_scene(&all, target, &face_list)?;
         let mut stats = DrawStats::default();
@@ -72,8 +72,8 @@ impl Renderer {
         }
         self.draw_opaque(&mut all, &mut order, target, options.hide, &mut stats);
         self.draw_transparent(&mut all, &mut order, target, options.transparency, &mut stats);
-        for (prepared, recycled) in all.drain(..).zip(&mut recycled) {
-            *recycled = prepared.into_recycled();
+        for (prepared, recycled) in all.iter_mut().zip(&mut recycled) {
+            *recycled = prepared.take_recycled();
         }
         let prepared = recycle(all);
         calls.clear();
@@ -93,7 +93,10 @@ impl Renderer {
         let mut camera = None;
         for call in calls {
             let geometry_info = self.geometry_info(call);
-            camera = Some(PreparedDraw::check(call, &geometry_info, camera)?);
+            check(call, &geometry_info)?;
+            if camera.is_none() {
+                camera = Some(PreparedDraw::camera_of(call)?);
+            }
             geometry_infos.push(geometry_info);
         }
         Ok(camera)
@@ -178,8 +181,11 @@ impl Renderer {
         transparency: TransparencyOrder,
         stats: &mut DrawStats,
     ) {
+        if !all.iter().any(|p| p.parts.uses(Part::ReadBack)) {
+            return;
+        }
         self.options.preemption.without(target, items_of(all), || {
-            for prepared in all.iter_mut().filter(|p| p.plan.uses(Part::ReadBack)) {
+            for prepared in all.iter_mut().filter(|p| p.parts.uses(Part::ReadBack)) {
                 prepared.transform_all();
             }
             order.collect_faces(all, |p, t| p.is_transparent(t));

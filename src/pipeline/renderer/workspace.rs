@@ -63,3 +63,33 @@ impl SceneLists {
             + self.order.size_bytes()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_list_of_a_scene_counts_with_its_capacity() {
+        let bytes = |fill: &dyn Fn(&mut SceneLists)| {
+            let mut lists = SceneLists::default();
+            fill(&mut lists);
+            lists.size_bytes()
+        };
+        assert_eq!(bytes(&|_| {}), 0);
+        let calls = bytes(&|lists| lists.calls.reserve_exact(2));
+        assert_eq!(calls, 2 * size_of::<DrawCall>());
+        let prepared = bytes(&|lists| lists.prepared.reserve_exact(3));
+        assert_eq!(prepared, 3 * size_of::<PreparedDraw>());
+        let infos = bytes(&|lists| lists.geometry_infos.reserve_exact(5));
+        assert_eq!(infos, 5 * size_of::<usize>());
+        let recycled = bytes(&|lists| lists.recycled.reserve_exact(7));
+        assert_eq!(recycled, 7 * size_of::<RecycledLists>());
+        let all = bytes(&|lists| {
+            lists.calls.reserve_exact(2);
+            lists.prepared.reserve_exact(3);
+            lists.geometry_infos.reserve_exact(5);
+            lists.recycled.reserve_exact(7);
+        });
+        assert_eq!(all, calls + prepared + infos + recycled);
+    }
+}

@@ -150,7 +150,7 @@ impl Binning {
         let marks = scratch.marks.as_slice();
         if !clusters.is_empty() {
             let cull_view =
-                &CullView::new(&job.to_screen, &to_view, mesh.farthest, job.complement, &view, job.winding);
+                &CullView::new(job.to_screen, &to_view, mesh.farthest, job.complement, &view, job.winding);
             executor.chunks(&mut scratch.visibilities, CHUNK_CLUSTERS, |i, visibilities| {
                 let first = i * CHUNK_CLUSTERS;
                 level.dispatch(ClusterKernel { clusters, first, cull_view, visibilities, marks });
@@ -162,7 +162,7 @@ impl Binning {
             resize_in_huge_pages(&mut scratch.depth_f64, vertex_count, [0.0; 4]);
         }
         Binning {
-            projector: Projector::new(job.to_screen, &to_view, mesh.farthest),
+            projector: Projector::new(*job.to_screen, &to_view, mesh.farthest),
             grid: Grid::new(&view, width),
             next: 0,
             piece: mesh.triangle_count,
@@ -268,7 +268,7 @@ impl Binning {
         if let Some(DepthF64 { row, .. }) = job.depth_f64 {
             executor.chunks(&mut scratch.depth_f64[placed..until], CHUNK_VERTICES, |i, out| {
                 let (positions, marks) = range_of(i, out.len());
-                level.dispatch(DepthVertexKernel { positions, to_screen: &job.to_screen, row, marks, out });
+                level.dispatch(DepthVertexKernel { positions, to_screen: job.to_screen, row, marks, out });
             });
         }
         self.placed = until;

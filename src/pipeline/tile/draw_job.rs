@@ -32,7 +32,7 @@ pub(crate) struct DrawJob<'a> {
     /// Mesh to draw.
     pub mesh: &'a IndexedMesh,
     /// Transform from object space to the screen.
-    pub to_screen: ToScreen,
+    pub to_screen: &'a ToScreen,
     /// Row that takes view space to w - z without cancellation.
     pub complement: [f64; 4],
     /// Windings that are drawn.

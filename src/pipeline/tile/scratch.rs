@@ -118,3 +118,26 @@ impl Scratch {
         self.bytes.clear();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lists_of_each_chunk_count_with_their_capacity() {
+        let mut scratch = Scratch::default();
+        assert_eq!(scratch.size_bytes(), 0);
+        scratch.chunks.resize_with(2, Chunk::default);
+        scratch.chunks[0].reached.reserve_exact(9);
+        assert_eq!(scratch.size_bytes(), 9 * 4);
+        scratch.chunks[1].exact_faces.reserve_exact(3);
+        assert_eq!(scratch.size_bytes(), 9 * 4 + 3 * size_of::<ExactFace>());
+        scratch.chunks[1].bins.resize_with(5, Bin::default);
+        let lists = 9 * 4 + 3 * size_of::<ExactFace>() + 5 * size_of::<Bin>();
+        assert_eq!(scratch.size_bytes(), lists);
+        scratch.chunks[1].bins[2].small.reserve_exact(4);
+        scratch.chunks[1].bins[3].larger.reserve_exact(6);
+        let more = 4 * size_of::<Small>() + 6 * size_of::<Larger>();
+        assert_eq!(scratch.size_bytes(), lists + more);
+    }
+}

@@ -57,7 +57,7 @@ impl PreparedDraw<'_> {
     pub fn set_up_blended(&self, setup: &mut BlendedSetup) {
         setup.forget();
         setup.is_set_up = true;
-        if !self.plan.uses(Part::LightPixels) {
+        if !self.parts.uses(Part::LightPixels) {
             return;
         }
         let BlendedSetup { lightings, recycled, .. } = setup;
@@ -79,7 +79,7 @@ impl PreparedDraw<'_> {
         face: &Face,
         shade: &FaceShade<'v>,
     ) -> Option<BlendedFace<'v>> {
-        if !self.plan.uses(Part::FacesInOrder) {
+        if !self.parts.uses(Part::FacesInOrder) {
             return None;
         }
         let exact_face = self.exact_face_of(triangle, self.corner_vertices(triangle), face.clone());

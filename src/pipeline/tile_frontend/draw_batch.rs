@@ -243,7 +243,7 @@ impl BinnedBatch<'_> {
                 }
             };
             let (top, bottom) = executor.run(|| {
-                let frame = frame_of(target, &any.plan);
+                let frame = frame_of(target, any.parts);
                 tile::for_each_tile_row(executor, (first, last), &drawn[0].inputs.view, frame, &work)
             });
             target.memory.mark_rows(top..bottom);
@@ -298,13 +298,13 @@ impl<'p> Drawn<'p> {
 /// renderer, and has the same clip rectangle and memories.
 fn can_join(prepared: &PreparedDraw, first: &PreparedDraw) -> bool {
     let mesh = &prepared.call.geometry.mesh;
-    let memories = |p: &PreparedDraw| [Part::DepthMemory, Part::PickBuffer].map(|part| p.plan.uses(part));
+    let memories = |p: &PreparedDraw| [Part::DepthMemory, Part::PickBuffer].map(|part| p.parts.uses(part));
     mesh.triangles.len() <= FEW_FACES
         && mesh.lines.is_empty()
         && mesh.points.is_empty()
         && prepared.transform().screen.clip == first.transform().screen.clip
         && memories(prepared) == memories(first)
-        && prepared.plan.uses(Part::TileRenderer)
+        && prepared.parts.uses(Part::TileRenderer)
 }
 
 #[cfg(test)]

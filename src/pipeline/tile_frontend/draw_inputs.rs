@@ -36,9 +36,7 @@ impl PreparedDraw<'_> {
     pub(super) fn inputs<'p>(&'p self, recycled: &mut RecycledBindings) -> DrawInputs<'p> {
         let (call, mesh) = (self.call, &self.call.geometry.mesh);
         let (clip, eye) = (self.transform().screen.clip, self.transform().camera.eye);
-        let is_lit = self.plan.uses(Part::LightPixels)
-            || self.plan.uses(Part::LightVertices)
-            || self.plan.uses(Part::LightFaces);
+        let is_lit = self.parts.is_lit();
         let fog = self.fog_params(self.space.point(eye));
         let prepared = self.geometry_info.prepared(mesh, is_lit && call.shade != ShadeMode::Flat);
         let bindings = self.bindings(prepared, recycled);
@@ -112,12 +110,12 @@ impl PreparedDraw<'_> {
         };
         let has_colors = !self.call.geometry.mesh.colors.is_empty();
         let runs_colors = has_colors && matches!(source, ColorSource::Pixels(_) | ColorSource::Constant);
-        let has_depth = self.plan.uses(Part::DepthMemory);
+        let has_depth = self.parts.uses(Part::DepthMemory);
         let positions: &[[f32; 4]] = if inputs.needs_positions { &tables.positions } else { &[] };
-        let is_affine = self.is_affine() && self.plan.uses(Part::PerspectiveDivision);
+        let is_affine = self.is_affine() && self.parts.uses(Part::PerspectiveDivision);
         work(&DrawJob {
             mesh: prepared,
-            to_screen: inputs.to_screen,
+            to_screen: &inputs.to_screen,
             complement: self.transform().camera.one_minus_z_row.to_array(),
             winding: inputs.winding,
             view: inputs.view,
@@ -144,7 +142,7 @@ impl PreparedDraw<'_> {
             plain: &plain,
             name: self.call.name,
             depth_f64: has_depth.then(|| self.depth_f64(format)).flatten(),
-            coarse: if self.plan.uses(Part::CoarseDepth) { CoarseDepth::On } else { CoarseDepth::Off },
+            coarse: if self.parts.uses(Part::CoarseDepth) { CoarseDepth::On } else { CoarseDepth::Off },
         })
     }
 

@@ -7,7 +7,7 @@
 use crate::memory::DepthFormat;
 use crate::pipeline::draw_call::{DrawCall, Target};
 use crate::pipeline::indexed_mesh::{CLUSTER_BYTES, LEAST_FACES};
-use crate::pipeline::plan::{Part, Plan};
+use crate::pipeline::plan::{Part, Parts};
 use crate::pipeline::tile::{DEPTH_VERTEX_BYTES, FastLight, MaterialBinding, SCREEN_VERTEX_BYTES, bin_bytes};
 use crate::pipeline::working::{Working, WorkingBytes};
 use crate::scene::{Cull, Interpolation, ShadeMode};
@@ -17,14 +17,14 @@ const FOUR: u64 = 16;
 
 /// Returns the estimated bytes of a draw by the tile renderer, without the frame's memories and the
 /// plan's own tables of normals.
-pub(crate) fn estimated_bytes(call: &DrawCall, target: &Target, plan: &Plan) -> u64 {
+pub(crate) fn estimated_bytes(call: &DrawCall, target: &Target, parts: Parts) -> u64 {
     let mesh = &call.geometry.mesh;
     let faces = mesh.triangles.len() as u64;
     let distinct = [mesh.positions.len(), mesh.normals.len(), mesh.texcoords.len(), mesh.colors.len()];
     let most = distinct.into_iter().max().unwrap_or(0).min(mesh.corners.len());
     let vertices = most as u64;
-    let is_lit = [Part::LightPixels, Part::LightVertices, Part::LightFaces].iter().any(|p| plan.uses(*p));
-    let is_textured = plan.uses(Part::SampleTextures);
+    let is_lit = parts.is_lit();
+    let is_textured = parts.uses(Part::SampleTextures);
     let is_flat = call.shade == ShadeMode::Flat;
     let per = |is_there: bool, bytes: u64| if is_there { bytes } else { 0 };
 
@@ -39,13 +39,13 @@ pub(crate) fn estimated_bytes(call: &DrawCall, target: &Target, plan: &Plan) -> 
     let face_table = per(has_face_table, faces * (24 + FOUR + per(!mesh.colors.is_empty(), FOUR)));
 
     // Per draw: screen vertices, and the tables of light at vertices or faces.
-    let is_deep = plan.uses(Part::DepthMemory) && target.depth_format != Default::default();
+    let is_deep = parts.uses(Part::DepthMemory) && target.depth_format != Default::default();
     let screen = vertices * (SCREEN_VERTEX_BYTES + per(is_deep, DEPTH_VERTEX_BYTES));
     let points = if is_flat { faces } else { vertices };
-    let lit_first = has_face_table || plan.uses(Part::LightVertices);
+    let lit_first = has_face_table || parts.uses(Part::LightVertices);
     let tables = per(lit_first, points * (FOUR + per(is_textured, FOUR)));
-    let runs_positions =
-        plan.uses(Part::InterpolatePositions) && (call.is_parallel() || call.interp == Interpolation::Affine);
+    let runs_positions = parts.uses(Part::InterpolatePositions)
+        && (call.is_parallel() || call.interp == Interpolation::Affine);
     let positions = per(runs_positions, vertices * FOUR);
     let kept_faces = if call.cull == Cull::None { faces } else { faces.div_ceil(2) };
     let size = (target.memory.width() as usize, target.memory.height() as usize);
@@ -57,12 +57,12 @@ pub(crate) fn estimated_bytes(call: &DrawCall, target: &Target, plan: &Plan) -> 
 pub(crate) fn working_bytes(
     call: &DrawCall,
     format: DepthFormat,
-    plan: &Plan,
+    parts: Parts,
     vertices: u64,
 ) -> WorkingBytes {
     let mesh = &call.geometry.mesh;
     let faces = mesh.triangles.len() as u64;
-    let is_lit = [Part::LightPixels, Part::LightVertices, Part::LightFaces].iter().any(|p| plan.uses(*p));
+    let is_lit = parts.is_lit();
     let points = if call.shade == ShadeMode::Flat { faces } else { vertices };
     let has_points = is_lit || call.shade == ShadeMode::Flat && !mesh.colors.is_empty();
     let per = |is_there: bool, bytes: u64| if is_there { bytes } else { 0 };
@@ -74,8 +74,8 @@ pub(crate) fn working_bytes(
     bytes[Working::DepthVertices] = per(format != DepthFormat::F32, vertices * DEPTH_VERTEX_BYTES);
     bytes[Working::Normals] = per(has_points, points * FOUR);
     bytes[Working::Lit] = per(has_points && call.shade != ShadeMode::Phong, points * FOUR);
-    bytes[Working::Specular] = per(plan.uses(Part::SampleTextures), bytes[Working::Lit]);
-    bytes[Working::Positions] = per(plan.uses(Part::InterpolatePositions), vertices * FOUR);
+    bytes[Working::Specular] = per(parts.uses(Part::SampleTextures), bytes[Working::Lit]);
+    bytes[Working::Positions] = per(parts.uses(Part::InterpolatePositions), vertices * FOUR);
     bytes[Working::Surfaces] = binding_bytes(call);
     bytes
 }

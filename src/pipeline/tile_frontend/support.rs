@@ -18,7 +18,7 @@ const LONGEST_RUN: f64 = 8192.0;
 impl<'a> PreparedDraw<'a> {
     /// Returns the reason why the tile renderer does not support the draw; `None` if it does.
     pub fn unsupported_reason(&self, target: &Target) -> Option<&'static str> {
-        let (call, plan, mesh) = (self.call, &self.plan, &self.call.geometry.mesh);
+        let (call, parts, mesh) = (self.call, self.parts, &self.call.geometry.mesh);
         if mesh.triangles.is_empty() {
             return Some("no face");
         }
@@ -34,13 +34,13 @@ impl<'a> PreparedDraw<'a> {
         if call.hide == HiddenSurface::Painter {
             return Some("HIDE painter sorts its faces");
         }
-        if plan.uses(Part::ReadBack) {
+        if parts.uses(Part::ReadBack) {
             return Some("transparent faces are blended one after the other");
         }
         if !is_sized(target) {
             return Some("the frame is too narrow, too wide or too high for vectors");
         }
-        let is_lit = plan.uses(Part::LightVertices) || plan.uses(Part::LightFaces);
+        let is_lit = parts.uses(Part::LightVertices) || parts.uses(Part::LightFaces);
         // Faces with one colour each have a table of colours, lit or not.
         let has_tables = is_lit || (call.shade == ShadeMode::Flat && !mesh.colors.is_empty());
         if call.back_material.is_some() && call.cull == Cull::None && has_tables {
@@ -66,7 +66,7 @@ impl<'a> PreparedDraw<'a> {
         if !space.is_in_range {
             return Some("positions or the camera are out of range for f32");
         }
-        if self.plan.uses(Part::Fog) && self.fog_params(space.point(self.transform().camera.eye)).is_none() {
+        if self.parts.uses(Part::Fog) && self.fog_params(space.point(self.transform().camera.eye)).is_none() {
             return Some("the fog is out of range for f32");
         }
         for (material, texture) in self.materials(&self.geometry_info.materials) {
@@ -104,15 +104,15 @@ impl<'a> PreparedDraw<'a> {
                 || self.lighting.is_in_range(material, |p| p - space.origin, |d| d)
         };
         let has_range = space.is_in_range
-            && (!self.plan.uses(Part::Fog) || self.fog_params(DVec3::ZERO).is_some())
-            && (!self.plan.uses(Part::LightPixels)
+            && (!self.parts.uses(Part::Fog) || self.fog_params(DVec3::ZERO).is_some())
+            && (!self.parts.uses(Part::LightPixels)
                 || self.materials(&self.geometry_info.materials).all(is_in_range));
         (!has_range).then_some("positions, light or fog are out of range for f32: the plain path")
     }
 
     /// Returns the draw's fog seen from `eye`; `None` without fog, or if f32 does not carry it.
     pub(super) fn fog_params(&self, eye: DVec3) -> Option<FogParams> {
-        let fog = self.call.fog.filter(|_| self.plan.uses(Part::Fog))?;
+        let fog = self.call.fog.filter(|_| self.parts.uses(Part::Fog))?;
         FogParams::new(&fog, f32s(eye))
     }
 

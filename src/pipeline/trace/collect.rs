@@ -65,7 +65,7 @@ pub(super) fn seen_at(
         let crossing = face.crossing(screen);
         let Some((_, z, complement)) = face.point_at(at, screen, crossing.as_ref()) else { continue };
         let word = format.encode(z, complement);
-        if p.plan.uses(Part::DepthMemory) {
+        if p.parts.uses(Part::DepthMemory) {
             let cleared = || DepthMemory::new(1, 1, format).word(0);
             if word >= nearest.unwrap_or_else(cleared) {
                 continue;
@@ -180,7 +180,7 @@ fn pixel(
 ) -> Option<PixelTrace> {
     let screen = &p.transform().screen;
     let (weights, z, complement) = face.point_at(at, screen, face.crossing(screen).as_ref())?;
-    let divide = p.plan.uses(Part::PerspectiveDivision);
+    let divide = p.parts.uses(Part::PerspectiveDivision);
     let shares_of = |w: &Weights| face.plane.barycentrics(w, p.call.interp, divide);
     let barycentrics = shares_of(&weights)?;
     let center = [i64::from(at[0]) * 256 + 128, i64::from(at[1]) * 256 + 128];

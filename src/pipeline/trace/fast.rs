@@ -2,7 +2,8 @@
 //! it stores when drawn alone.
 
 use crate::memory::{DepthFormat, Rgba, VideoMemory};
-use crate::pipeline::draw_call::{DrawCall, Target};
+use crate::pipeline::draw_call::{Backend, DrawCall, Target};
+use crate::pipeline::path_plan::plan_call;
 use crate::pipeline::plan::Part;
 use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::renderer::Renderer;
@@ -72,8 +73,15 @@ pub(super) fn fast(
         let pixel = memory.get_pixel(x, y).ok()?;
         Some((depth.and_then(|d| d.z(x, y)), pixel))
     };
-    let tiles = p.plan.item(Part::TileRenderer);
-    let reason = (!tiles.used).then_some(tiles.reason);
+    let reason = match p.parts.uses(Part::TileRenderer) {
+        true => None,
+        false => {
+            let (mut memory, mut depth) = (VideoMemory::new(size[0], size[1]).ok()?, None);
+            let target = Target { memory: &mut memory, depth: &mut depth, depth_format: format, ids: None };
+            let info = Some(p.geometry_info.clone());
+            Some(plan_call(p.call, &target, Backend::default(), true, info).item(Part::TileRenderer).reason)
+        }
+    };
     let (unsupported_reason, stored) = match (draw([0, 0, 0, 255]), draw([255; 4])) {
         (Some((_, [0, 0, 0, 255])), Some((_, [255, 255, 255, 255]))) => (reason, None),
         (Some((z, black)), Some(_)) => (reason, Some((z.filter(|z| *z < 1.0), black))),

@@ -253,3 +253,60 @@ fn barycentrics_are_the_edge_functions_over_the_area() {
     let far = knot(ShadeMode::Phong, Probe::TriangleAt(3, i32::MAX, i32::MIN)).1.expect("a plane has no end");
     assert!(far.pixel.is_none_or(|p| p.offset.is_none() && !p.is_covered));
 }
+
+/// Traces a triangle with these corners before an eye at (0, 0, 5), near 1 and far 10.
+fn trace_triangle(points: [DVec3; 3], normals: [DVec3; 3]) -> Trace {
+    let mut mesh = Mesh::from_triangles(points.to_vec(), &[[0, 1, 2]]);
+    mesh.normals = normals.to_vec();
+    mesh.corners.iter_mut().zip(0..).for_each(|(corner, i)| corner.normal = i);
+    let geometry = Geometry { mesh, ..Default::default() };
+    let material = Material { kd: DVec3::ONE, ..Default::default() };
+    let lights = [Light::point(dvec3(3.0, 4.0, 5.0), DVec3::ONE)];
+    let call = DrawCall {
+        camera: camera(dvec3(0.0, 0.0, 5.0), perspective(1.0, 10.0)),
+        cull: crate::scene::Cull::None,
+        lights: &lights,
+        ..DrawCall::new(&geometry, &material, 64, 48)
+    };
+    trace_draw(&call, [64, 48], DepthFormat::F32, Probe::Triangle(0)).expect("a triangle")
+}
+
+#[test]
+fn a_triangle_is_followed_at_the_middle_of_its_pixels() {
+    let points = [dvec3(-1.5, -1.0, 0.0), dvec3(1.0, -1.2, 0.5), dvec3(0.2, 1.5, -0.5)];
+    let normals = [dvec3(0.0, 0.0, 1.0), dvec3(0.6, 0.0, 0.8), dvec3(0.0, -0.8, 0.6)];
+    let trace = trace_triangle(points, normals);
+    let pixel = trace.pixel.as_ref().expect("it is seen");
+    for axis in 0..2 {
+        let centroid = trace.corners.iter().map(|corner| corner.screen[axis]).sum::<f64>() / 3.0;
+        assert!((f64::from(pixel.at[axis]) + 0.5 - centroid).abs() <= 1.0, "{:?} {trace}", pixel.at);
+    }
+    let mean = (0..3).map(|i| trace.corners[i].normal * pixel.weights[i]).sum::<DVec3>();
+    assert!((pixel.normal.expect("Phong") - mean).length() < 1e-12, "{trace}");
+}
+
+#[test]
+fn corners_are_printed_in_clip_space_and_the_side_is_named() {
+    let [a, b, c] = [dvec3(-1.0, -1.0, 0.0), dvec3(1.0, -1.0, 0.0), dvec3(0.0, 1.0, 0.0)];
+    let behind = dvec3(0.0, 1.0, 9.0);
+    for (points, verdict) in [
+        ([a, b, c], "seen from its front"),
+        ([b, a, c], "seen from its back"),
+        ([a, b, behind], "seen from its front, cut before the eye"),
+        ([b, a, behind], "seen from its back, cut before the eye"),
+    ] {
+        let trace = trace_triangle(points, [DVec3::Z; 3]);
+        assert_eq!(trace.verdict, verdict);
+        let text = trace.to_string();
+        let clip = text.lines().filter_map(|line| line.strip_prefix("  clip        ("));
+        let printed: Vec<f64> = clip
+            .flat_map(|line| line.trim_end_matches(')').split(", "))
+            .map(|number| number.parse().expect("a number"))
+            .collect();
+        let stored: Vec<f64> = trace.corners.iter().flat_map(|corner| corner.clip.to_array()).collect();
+        assert_eq!(printed.len(), 12, "{text}");
+        for (printed, stored) in printed.iter().zip(stored) {
+            assert!((printed - stored).abs() <= 1e-9 * stored.abs(), "{printed} {stored}");
+        }
+    }
+}

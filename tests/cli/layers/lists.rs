@@ -192,6 +192,7 @@ pub const PIPELINE: Edges = &[
             "occlusion_history",
             "ordered",
             "plan",
+            "planner",
             "prepared_draw",
             "scene",
             "tile",
