@@ -121,8 +121,19 @@ impl Listing<'_> {
                 continue;
             }
             let found = items::impls_of(text, name);
-            self.lines.extend(found.into_iter().map(|line| format!("{shown}: {line}")));
+            let found = found.into_iter().filter(|line| !self.is_of_a_crate_trait(line));
+            let lines: Vec<String> = found.map(|line| format!("{shown}: {line}")).collect();
+            self.lines.extend(lines);
         }
+    }
+
+    /// Returns whether a line implements a trait that is for the crate alone.
+    fn is_of_a_crate_trait(&self, line: &str) -> bool {
+        let Some(name) = line.strip_prefix("impl ").and_then(|line| line.split([' ', '<']).next()) else {
+            return false;
+        };
+        let declaration = format!("pub(crate) trait {name} ");
+        self.sources.values().any(|text| text.lines().any(|line| line.starts_with(&declaration)))
     }
 }
 
@@ -171,7 +182,8 @@ fn every_kind_of_item_is_listed_and_nothing_hidden_is() {
             "a/thing.rs",
             "/// Doc.\n#[derive(Clone, Debug)]\npub struct Thing {\n    /// Doc.\n    pub x: u32,\n    y: u32,\n}\n\n\
              impl Thing {\n    pub fn new() -> Thing {\n        Thing { x: 0, y: 0 }\n    }\n    fn own(&self) {}\n}\n\n\
-             impl From<u32> for Thing {\n    fn from(x: u32) -> Self {\n        Thing { x, y: 0 }\n    }\n}\n",
+             impl From<u32> for Thing {\n    fn from(x: u32) -> Self {\n        Thing { x, y: 0 }\n    }\n}\n\n\
+             pub(crate) trait Own {\n    fn m(&self);\n}\n\nimpl Own for Thing {\n    fn m(&self) {}\n}\n",
         ),
         (
             "a/words.rs",
