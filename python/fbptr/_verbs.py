@@ -103,8 +103,7 @@ class Handy(_Base):
         """Sets the pixel (x, y), two numbers or a pair, to a colour; returns its (r, g, b) where no
         colour is given.
         """
-        given = tuple(value for value in (x, y, color) if value is not None)
-        reply = self._call("PX", *given)
+        reply = self._call("PX", x, *(value for value in (y, color) if value is not None))
         return None if reply is None else tuple(bytes.fromhex(reply.decode().split()[3]))
 
     def pixel(self, x: Number, y: Number, color: Color) -> None:

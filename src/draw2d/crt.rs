@@ -163,7 +163,7 @@ mod tests {
         (0..width * height).flat_map(|i| [i as u8, (i * 7) as u8, (i * 13) as u8, 77]).collect()
     }
 
-    fn whole(rgba: &[u8], frame: [usize; 2], shown: [usize; 2]) -> Vec<u32> {
+    fn screen_of(rgba: &[u8], frame: [usize; 2], shown: [usize; 2]) -> Vec<u32> {
         let (mut crt, mut words) = (Crt::new(frame, shown), vec![0; shown[0] * shown[1]]);
         words.chunks_exact_mut(shown[0]).enumerate().for_each(|(y, row)| crt.row(rgba, y, row));
         words
@@ -187,7 +187,7 @@ mod tests {
     #[test]
     fn scan_lines_are_bright_in_their_middle_and_the_mask_has_three_stripes() {
         let white = vec![255; 8 * 6 * 4];
-        let words = whole(&white, [8, 6], [8 * 6, 6 * 5]);
+        let words = screen_of(&white, [8, 6], [8 * 6, 6 * 5]);
         let row = |y: usize| &words[y * 48..(y + 1) * 48];
         for line in 0..6 {
             let bright = row(line * 5 + 2);
@@ -204,7 +204,7 @@ mod tests {
         let gray = vec![100; 8 * 6 * 4];
         for scale in [2, 3, 5] {
             let width = 8 * scale;
-            let words = whole(&gray, [8, 6], [width, 6 * scale]);
+            let words = screen_of(&gray, [8, 6], [width, 6 * scale]);
             let row = |y: usize| &words[y * width..(y + 1) * width];
             // The frame's first and last line have a neighbour on one side only.
             for (line, k) in (1..5).flat_map(|line| (0..scale / 2).map(move |k| (line, k))) {
@@ -218,7 +218,7 @@ mod tests {
     #[test]
     fn a_frame_without_room_for_lines_and_mask_is_shown_plainly() {
         let rgba = frame(21, 9);
-        let words = whole(&rgba, [21, 9], [21, 9]);
+        let words = screen_of(&rgba, [21, 9], [21, 9]);
         for (word, pixel) in words.iter().zip(rgba.as_chunks::<4>().0) {
             assert_eq!(word.to_be_bytes()[1..], pixel[..3]);
         }
@@ -228,7 +228,7 @@ mod tests {
     fn the_mean_brightness_of_a_gray_stays_near_three_quarters() {
         let gray = vec![120; 30 * 20 * 4];
         for scale in [3, 4, 5] {
-            let words = whole(&gray, [30, 20], [30 * scale, 20 * scale]);
+            let words = screen_of(&gray, [30, 20], [30 * scale, 20 * scale]);
             let sum: u64 = words.iter().flat_map(|w| w.to_be_bytes()).map(u64::from).sum();
             let mean = sum as f64 / (words.len() * 3) as f64 / 120.0;
             assert!((0.68..0.82).contains(&mean), "{scale}: {mean}");
@@ -241,12 +241,12 @@ mod tests {
             [([5, 7], [5, 7]), ([5, 7], [17, 30]), ([5, 7], [11, 9]), ([9, 20], [4, 7]), ([3, 1], [9, 5])]
         {
             let mut rgba = frame(size[0], size[1]);
-            let before = whole(&rgba, size, shown);
+            let before = screen_of(&rgba, size, shown);
             let crt = Crt::new(size, shown);
             for row in 0..size[1] {
                 let kept = rgba.clone();
                 rgba[row * size[0] * 4..(row + 1) * size[0] * 4].iter_mut().for_each(|b| *b ^= 0xff);
-                let after = whole(&rgba, size, shown);
+                let after = screen_of(&rgba, size, shown);
                 let named = crt.screen_rows(row..row + 1);
                 assert!(named.end <= shown[1]);
                 for y in (0..shown[1]).filter(|y| !named.contains(y)) {
@@ -265,7 +265,7 @@ mod tests {
         memory.put_pixel(3, 4, [250, 120, 7, 9]);
         let picture = Crt::picture(&memory).unwrap();
         assert_eq!((picture.width(), picture.height()), (96, 60));
-        let words = whole(memory.bytes(), [32, 20], [96, 60]);
+        let words = screen_of(memory.bytes(), [32, 20], [96, 60]);
         for (pixel, word) in picture.bytes().as_chunks::<4>().0.iter().zip(words) {
             assert_eq!([0, pixel[0], pixel[1], pixel[2]], word.to_be_bytes());
             assert_eq!(pixel[3], 255);

@@ -112,11 +112,12 @@ impl Renderer {
             // Most calls have the camera of the one before.
             let same =
                 |earlier: &DrawCall| (earlier.camera, earlier.viewport) == (call.camera, call.viewport);
-            let known = i.checked_sub(1).filter(|&before| same(&calls[before])).map(|before| cameras[before]);
+            let previous =
+                i.checked_sub(1).filter(|&before| same(&calls[before])).map(|before| cameras[before]);
             if check(call, &info).is_err() {
                 break;
             }
-            let Some(camera) = known.or_else(|| PreparedDraw::camera_of(call).ok()) else { break };
+            let Some(camera) = previous.or_else(|| PreparedDraw::camera_of(call).ok()) else { break };
             cameras.push(camera);
             geometry_infos.push(info);
         }
