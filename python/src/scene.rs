@@ -9,7 +9,7 @@ use fbptr::animation::{
 };
 use fbptr::command::parse_color;
 use fbptr::executor::Executor;
-use fbptr::load::{SandboxDir, Smoothing};
+use fbptr::load::{LoadMemory, SandboxDir, Smoothing};
 use fbptr::memory::VideoMemory;
 use fbptr::pipeline::{RenderOptions, Renderer};
 use fbptr::save::{self, SnapshotFormat};
@@ -94,7 +94,8 @@ fn read(
         found
     };
     let smoothing = Smoothing::Angle(SMOOTH_DEG.to_radians());
-    let source = SceneSource { bytes, format, name, folder: "", opener: &mut opener, smoothing };
+    let memory = LoadMemory::unlimited();
+    let source = SceneSource { bytes, format, name, folder: "", opener: &mut opener, smoothing, memory };
     let loaded = SceneFile::read(source)?;
     Ok((loaded, asked))
 }

@@ -4,6 +4,7 @@ use crate::eye::EyeScene;
 use crate::load::gltf::GltfDocument;
 use crate::load::x3d::X3dDocument;
 use crate::load::{self, LoadContext, LoadMemory, MeshFormat, Smoothing, path_inside};
+use crate::memory::Reservation;
 use crate::scene::Geometry;
 use std::sync::Arc;
 
@@ -66,6 +67,8 @@ pub struct SceneSource<'a> {
     pub opener: &'a mut dyn FnMut(&str) -> Option<Vec<u8>>,
     /// Source of normals for meshes without.
     pub smoothing: Smoothing,
+    /// Limits of the memory that reading takes, and of what it makes.
+    pub memory: LoadMemory,
 }
 
 /// A scene that was read.
@@ -78,6 +81,8 @@ pub struct LoadedScene {
     pub names_outside: bool,
     /// CRC-32 of the file's bytes and of those of every file that it read, in order.
     pub crc: u32,
+    /// The memory that the contents hold.
+    pub held: Reservation,
 }
 
 impl SceneFile {
@@ -86,7 +91,7 @@ impl SceneFile {
     /// # Errors
     /// The message of the parser, with file and place.
     pub fn read(source: SceneSource) -> Result<LoadedScene, String> {
-        let SceneSource { bytes, format, name, folder, opener, smoothing } = source;
+        let SceneSource { bytes, format, name, folder, opener, smoothing, mut memory } = source;
         let mut crc = crc32fast::Hasher::new();
         crc.update(bytes);
         let mut open = |name: &str| {
@@ -96,34 +101,39 @@ impl SceneFile {
             crc.update(found.as_deref().unwrap_or_default());
             found
         };
-        let memory = &mut LoadMemory::unlimited();
+        let limits = &mut memory;
         let texts = |warnings: &[load::LoadWarning]| warnings.iter().map(ToString::to_string).collect();
         let (file, warnings, names_outside) = match format {
             SceneFormat::X3d => {
-                let context = LoadContext { folder, opener: &mut open, memory };
+                let context = LoadContext { folder, opener: &mut open, memory: limits };
                 let document = load::x3d::parse_in(bytes, name, context).map_err(|e| e.to_string())?;
                 let (warnings, outside) = (texts(document.warnings()), document.names_outside());
                 (SceneFile::X3d(Box::new(document)), warnings, outside)
             }
             SceneFormat::Gltf => {
-                let context = LoadContext { folder, opener: &mut open, memory };
+                let context = LoadContext { folder, opener: &mut open, memory: limits };
                 let document = load::gltf::parse_in(bytes, name, context).map_err(|e| e.to_string())?;
                 let (warnings, outside) = (texts(document.warnings()), document.names_outside());
                 (SceneFile::Gltf(Box::new(document)), warnings, outside)
             }
             SceneFormat::Mesh(format) => {
-                let mut beside = |name: &str| open(&path_inside(folder, name)?);
-                let loaded = format.parse(bytes, &mut beside, name, memory, smoothing);
+                let mut names_outside = false;
+                let mut beside = |name: &str| {
+                    let path = path_inside(folder, name);
+                    names_outside |= path.is_none() && name.split(['/', '\\']).any(|step| step == "..");
+                    open(&path?)
+                };
+                let loaded = format.parse(bytes, &mut beside, name, limits, smoothing);
                 let loaded = loaded.map_err(|e| e.to_string())?;
                 let mesh = SceneFile::Mesh { geometry: Arc::new(loaded.geometry), is_open: loaded.is_open };
-                (mesh, texts(&loaded.warnings), false)
+                (mesh, texts(&loaded.warnings), names_outside)
             }
             SceneFormat::Eye => {
                 let scene = EyeScene::from_json(bytes).map_err(|e| format!("{name}: {e}"))?;
                 (SceneFile::Eye(Box::new(scene)), Vec::new(), false)
             }
         };
-        Ok(LoadedScene { file, warnings, names_outside, crc: crc.finalize() })
+        Ok(LoadedScene { file, warnings, names_outside, crc: crc.finalize(), held: memory.into_kept() })
     }
 
     /// Returns whether the scene changes with time.

@@ -4,11 +4,14 @@
 //! unsupported format; `None` for everything else, which is classified by name. Otherwise a binary
 //! file would be refused line by line.
 
+use super::say_as_program;
 use crate::load::{MeshFormat, gltf};
 use std::fmt;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Number of bytes examined.
 const FIRST_BYTES: u64 = 64 << 10;
@@ -91,6 +94,36 @@ pub(super) fn of_file(file: &File) -> io::Result<Option<Content>> {
     let mut first = Vec::new();
     file.take(FIRST_BYTES).read_to_end(&mut first)?;
     Ok(of_bytes(&first, file.metadata()?.len()))
+}
+
+/// Standard input as a stream of commands. It ends, with a message, at first bytes that are those of
+/// another format.
+pub(super) struct CommandInput<R> {
+    input: R,
+    has_begun: bool,
+    has_failed: Arc<AtomicBool>,
+}
+
+impl<R: Read> CommandInput<R> {
+    /// Wraps an input that nothing was read from. `has_failed` is set if it has another format.
+    pub(super) fn new(input: R, has_failed: Arc<AtomicBool>) -> Self {
+        CommandInput { input, has_begun: false, has_failed }
+    }
+}
+
+impl<R: Read> Read for CommandInput<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.input.read(buffer)?;
+        if count > 0 && !std::mem::replace(&mut self.has_begun, true) {
+            // The length of a pipe is not known, and only binary STL needs it.
+            if let Some(content) = of_bytes(&buffer[..count], u64::MAX) {
+                say_as_program(format_args!("-: {content}; expected a stream of commands"));
+                self.has_failed.store(true, Ordering::Release);
+                return Ok(0);
+            }
+        }
+        Ok(count)
+    }
 }
 
 /// Detects the format of a file of `length` bytes that begins with `first`.

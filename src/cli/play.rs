@@ -2,7 +2,7 @@
 
 use super::args::color::color;
 use super::args::crt::CrtArgs;
-use super::magic;
+use super::magic::{self, CommandInput};
 use super::movie::{Clock, MovieArgs, MovieWriter, Sampler};
 use super::output::{self, Stdout};
 use super::progress::Watched;
@@ -42,7 +42,7 @@ pub struct Play {
     /// Open no window
     #[arg(long)]
     headless: bool,
-    /// Begin paused: the full stop goes on to the next frame, space to the end
+    /// Begin paused: the full stop goes on by one command, after AUTO off to the next PRESENT, space to the end
     #[arg(long)]
     paused: bool,
     /// Write the frame at the end: .png, .ppm or .raw
@@ -87,6 +87,7 @@ struct Stream {
     /// Name in messages.
     name: String,
     end: EndOfInput,
+    has_failed: Arc<AtomicBool>,
 }
 
 /// Places that frames go to.
@@ -132,6 +133,7 @@ impl Play {
                 return Err(format!("--movie - and {option}: both want standard output"));
             }
         }
+        let has_failed = Arc::new(AtomicBool::new(false));
         let (mut size_of_file, mut takes_size) = (None, false);
         let (input, name, end): (Box<dyn Read + Send>, _, _) = match &self.file {
             Some(path) if path != Path::new("-") => {
@@ -148,13 +150,17 @@ impl Play {
                 };
                 (input, name, end)
             }
-            _ => (Box::new(io::stdin()), "-".to_owned(), EndOfInput::Stream),
+            _ => (
+                Box::new(CommandInput::new(io::stdin(), has_failed.clone())),
+                "-".to_owned(),
+                EndOfInput::Stream,
+            ),
         };
         let mut engine = self.engine(self.size.or(size_of_file).unwrap_or(FrameSize::DEFAULT))?;
         if takes_size {
             engine.take_size();
         }
-        Ok(Stream { engine, input, name, end })
+        Ok(Stream { engine, input, name, end, has_failed })
     }
 
     /// Creates the engine according to the arguments.
@@ -191,10 +197,9 @@ impl Play {
 
     /// Plays a prepared stream and writes what was asked for.
     fn play(&self, stream: Stream, movie: Option<MovieWriter>, mut web: Option<PreparedWeb>) -> Status {
-        let Stream { mut engine, input, name, end } = stream;
+        let Stream { mut engine, input, name, end, has_failed } = stream;
         let outlets = self.outlets(&mut engine, movie, end);
         web.iter_mut().for_each(|web| web.attach(&mut engine));
-        let has_failed = Arc::new(AtomicBool::new(false));
         let thread = match RenderThread::start(engine) {
             Ok(thread) => thread,
             Err(e) => {

@@ -109,9 +109,11 @@ impl Render {
 
     fn render(&self) -> Result<(), SceneError> {
         self.check()?;
-        let loaded =
-            scene_file::read(&self.scene, ReadOptions { root: self.root.as_deref(), meshes: &self.meshes })?;
-        let LoadedScene { file, crc, .. } = loaded;
+        let budget = &self.drawing.budget();
+        let options = ReadOptions { root: self.root.as_deref(), meshes: &self.meshes };
+        let LoadedScene { file, crc, held: _held, .. } =
+            scene_file::read(&self.scene, options, &self.drawing.reading_budget(budget))?;
+        let renderer = self.drawing.renderer_within(budget);
         if matches!(file, SceneFile::Eye(_)) {
             self.check_for_eye()?;
         }
@@ -122,10 +124,16 @@ impl Render {
         if animation.is_turntable() {
             let (scene, frames) = (self.scene.display(), animation.options.count);
             say_as_program(format_args!("{scene} has no animation: the {frames} frames are one turn"));
+        } else if animation.is_still() && animation.options.count > 1 {
+            let (scene, frames) = (self.scene.display(), animation.options.count);
+            say_as_program(format_args!(
+                "the {frames} frames are the same: --turn A,B,DEGREES turns {scene} in the plane of two axes, \
+                 as --turn 0,1,360"
+            ));
         }
         let plans = match animation.file {
-            SceneFile::Eye(_) => self.render_eye(&animation, &mut output)?,
-            _ => self.render_solid(&animation, &mut output)?,
+            SceneFile::Eye(_) => self.render_eye(&animation, &mut output, renderer)?,
+            _ => self.render_solid(&animation, &mut output, renderer)?,
         };
         if self.explain {
             output::print(plans);
@@ -218,9 +226,13 @@ impl Render {
     }
 
     /// Draws the frames of a scene in three dimensions. Returns their plans.
-    fn render_solid(&self, animation: &Animation, output: &mut RenderOutput) -> Result<String, SceneError> {
-        let mut plans = String::new();
-        let (mut renderer, mut shapes) = (self.drawing.renderer(), MeshShapes::at_once());
+    fn render_solid(
+        &self,
+        animation: &Animation,
+        output: &mut RenderOutput,
+        mut renderer: Renderer,
+    ) -> Result<String, SceneError> {
+        let (mut plans, mut shapes) = (String::new(), MeshShapes::at_once());
         while let Some(frame) = output.next_frame() {
             match self.draw((&mut renderer, &mut shapes), animation, frame, output) {
                 Ok(plan) if plans.ends_with(&plan) => {}
@@ -309,7 +321,12 @@ impl Render {
 
     /// Renders an N-dimensional scene; without turns all frames are the same picture. Returns its
     /// plan.
-    fn render_eye(&self, animation: &Animation, output: &mut RenderOutput) -> Result<String, SceneError> {
+    fn render_eye(
+        &self,
+        animation: &Animation,
+        output: &mut RenderOutput,
+        mut renderer: Renderer,
+    ) -> Result<String, SceneError> {
         let refused = |e: eye::EyeError| SceneError::Refused(e.to_string());
         let exact = eye::Fibre::Exact;
         if self.explain
@@ -323,7 +340,6 @@ impl Render {
                 );
             }
         }
-        let mut renderer = self.drawing.renderer();
         let executor = super::eye::pool(None);
         let mut still = None;
         while let Some(frame) = output.next_frame() {

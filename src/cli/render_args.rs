@@ -20,7 +20,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "on|off|auto", value_parser = coarse, default_value = "auto")]
     coarse: Coarse,
     /// Memory for everything that is asked for, K, M or G: what needs more is done in pieces or refused [default: a quarter of
-    /// the machine's, or of its control group's]
+    /// the machine's, or of its control group's; for the files of `render` and `view`, no limit]
     #[arg(long, value_name = "BYTES")]
     max_memory: Option<ByteSize>,
 }
@@ -70,11 +70,30 @@ fn simd(text: &str) -> Result<Simd, String> {
 }
 
 impl RenderArgs {
-    /// Creates a renderer with its threads and memory budget.
+    /// Creates a renderer with its threads and a memory budget of its own.
     pub(super) fn renderer(&self) -> Renderer {
+        self.renderer_within(&self.budget())
+    }
+
+    /// Creates a renderer with its threads that shares a memory budget.
+    pub(super) fn renderer_within(&self, budget: &MemoryBudget) -> Renderer {
         let mut renderer = Renderer::new(self.options());
-        renderer.set_budget(&MemoryBudget::new(self.memory_bytes()));
+        renderer.set_budget(budget);
         renderer
+    }
+
+    /// Creates the memory budget.
+    pub(super) fn budget(&self) -> MemoryBudget {
+        MemoryBudget::new(self.memory_bytes())
+    }
+
+    /// Returns the budget for reading the scene's files: `budget` if its size was asked for. The
+    /// default size refuses no file, as estimates of what a file needs are about three times high.
+    pub(super) fn reading_budget(&self, budget: &MemoryBudget) -> MemoryBudget {
+        match self.max_memory {
+            Some(_) => budget.clone(),
+            None => MemoryBudget::unlimited(),
+        }
     }
 
     /// Returns the memory budget in bytes.

@@ -6,6 +6,7 @@ use super::scene_file::{self, ReadOptions, SceneError, SceneFile};
 use super::{Status, output, say_as_program};
 use crate::animation::{Animation, FrameOptions};
 use crate::measure::{Effort, Section, UserScene, hard, peers_of, pictures_of, run, write};
+use crate::memory::MemoryBudget;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -115,9 +116,11 @@ impl ReportArgs {
 
     /// Reads the scenes of the command line, each as `fbptr render` draws its first picture.
     fn scenes(&self) -> Result<Vec<UserScene>, SceneError> {
+        let budget = MemoryBudget::unlimited();
         let read = |path: &PathBuf| {
             let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-            let file = scene_file::read(path, ReadOptions { root: None, meshes: &self.meshes })?.file;
+            let file =
+                scene_file::read(path, ReadOptions { root: None, meshes: &self.meshes }, &budget)?.file;
             if matches!(file, SceneFile::Eye(_)) {
                 let message = format!("{name}: an N-dimensional scene; `fbptr eye --bench` measures those");
                 return Err(SceneError::NoFile(message));

@@ -6,7 +6,8 @@ use super::mesh_args::MeshArgs;
 use super::{Status, say_as_program};
 pub(super) use crate::animation::SceneFile;
 use crate::animation::{LoadedScene, SceneFormat, SceneSource};
-use crate::load::SandboxDir;
+use crate::load::{LoadMemory, SandboxDir};
+use crate::memory::{MemoryBudget, Reservation};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -37,10 +38,11 @@ impl SceneError {
 /// Size limit of scene files in bytes.
 const MAX_BYTES: u64 = 4 << 30;
 
-/// The files that a scene was read from, to detect changes.
-#[derive(Default)]
+/// The files that a scene was read from, to detect changes, and the memory that it holds.
 pub(super) struct Watch {
     files: Vec<(PathBuf, Stamp)>,
+    budget: MemoryBudget,
+    held: Option<Reservation>,
 }
 
 /// Length and modification time of a file; `None` if it does not exist.
@@ -52,10 +54,22 @@ fn stamp(path: &Path) -> Stamp {
 }
 
 impl Watch {
-    /// Clears the list, and starts it with this file.
+    /// Creates a watch of no files, for a scene within a memory budget.
+    pub fn new(budget: &MemoryBudget) -> Watch {
+        Watch { files: Vec::new(), budget: budget.clone(), held: None }
+    }
+
+    /// Clears the list, and starts it with this file; the memory of what was read before is free for
+    /// what is read now.
     pub fn begin(&mut self, path: &Path) {
+        self.held = None;
         self.files.clear();
         self.add(path.to_owned());
+    }
+
+    /// Counts the memory of the scene that was read, until the next is.
+    pub fn hold(&mut self, held: Reservation) {
+        self.held = Some(held);
     }
 
     fn add(&mut self, path: PathBuf) {
@@ -143,13 +157,21 @@ impl Root {
 }
 
 /// Reads the scene at `path`. Files that it refers to are searched in its folder, or in the root.
-/// Warnings go to stderr.
-pub(super) fn read(path: &Path, options: ReadOptions) -> Result<LoadedScene, SceneError> {
-    read_watched(path, options, &mut Watch::default())
+/// Warnings go to stderr. The files, and what is made of them, are charged to `budget`.
+pub(super) fn read(
+    path: &Path,
+    options: ReadOptions,
+    budget: &MemoryBudget,
+) -> Result<LoadedScene, SceneError> {
+    read_watched(path, options, &mut Watch::new(budget))
 }
 
 /// Reads the bytes of a scene file, and determines its format.
-fn read_bytes(path: &Path, meshes: &MeshArgs) -> Result<(SceneFormat, Vec<u8>), SceneError> {
+fn read_bytes(
+    path: &Path,
+    meshes: &MeshArgs,
+    memory: &LoadMemory,
+) -> Result<(SceneFormat, Vec<u8>, Reservation), SceneError> {
     let name = path.display().to_string();
     let no_file = |e: std::io::Error| SceneError::NoFile(format!("{name}: {e}"));
     let format = match magic::of_path(path).map_err(no_file)? {
@@ -177,7 +199,8 @@ fn read_bytes(path: &Path, meshes: &MeshArgs) -> Result<(SceneFormat, Vec<u8>), 
         )));
     }
     let format = format.ok_or_else(|| SceneError::NoFile(format!("{name}: expected {EXPECTED}")))?;
-    Ok((format, std::fs::read(path).map_err(no_file)?))
+    let held = memory.work(meta.len()).map_err(|e| SceneError::Refused(format!("{name}: {e}")))?;
+    Ok((format, std::fs::read(path).map_err(no_file)?, held))
 }
 
 /// Reads a scene as [`read`] does, and adds every file that was read or searched to `watch`.
@@ -188,13 +211,15 @@ pub(super) fn read_watched(
 ) -> Result<LoadedScene, SceneError> {
     watch.begin(path);
     let name = path.display().to_string();
-    let (format, bytes) = read_bytes(path, meshes)?;
+    let budget = watch.budget.clone();
+    let memory = LoadMemory::new(&budget, u64::MAX);
+    let (format, bytes, _held) = read_bytes(path, meshes, &memory)?;
     let has_root = root.is_some();
     let root = Root::of(path, root)?;
     let mut inside = |name: &str| {
         // Watched even if it is missing, since it may be created.
         watch.add(root.path.join(name));
-        root.folder.as_ref()?.read(name, MAX_BYTES).ok()
+        root.folder.as_ref()?.read(name, MAX_BYTES.min(budget.available())).ok()
     };
     let source = SceneSource {
         bytes: &bytes,
@@ -203,6 +228,7 @@ pub(super) fn read_watched(
         folder: &root.own,
         opener: &mut inside,
         smoothing: meshes.smoothing(),
+        memory,
     };
     let loaded = SceneFile::read(source).map_err(SceneError::Refused)?;
     loaded.warnings.iter().for_each(say_as_program);

@@ -120,7 +120,8 @@ impl ViewArgs {
             MovieFormat::of_path(path).map_err(|e| bad(e.to_string()))?;
         }
         let web = self.web.prepare(self.allow_remote).map_err(bad)?;
-        let mut watch = Watch::default();
+        let budget = self.drawing.budget();
+        let mut watch = Watch::new(&self.drawing.reading_budget(&budget));
         let model = self.read(&mut watch, None)?;
         let [width, height] = match self.size {
             Some(FrameSize { width, height }) => [width, height],
@@ -148,7 +149,7 @@ impl ViewArgs {
             studio: self.is_studio(),
             turntable: self.turntable,
             split: self.split.map(SplitArg::split),
-            renderer: self.drawing.renderer(),
+            renderer: self.drawing.renderer_within(&budget),
             pool: Executor::of_pool(worker_pool(None)),
         };
         let refused = |e: String| SceneError::Refused(format!("{}: {e}", self.file.display()));
@@ -167,7 +168,9 @@ impl ViewArgs {
     fn read(&self, watch: &mut Watch, size: Option<[u32; 2]>) -> Result<Model, SceneError> {
         if scene_file::is_scene(&self.file)? {
             let options = ReadOptions { root: self.root.as_deref(), meshes: &self.meshes };
-            return Ok(match scene_file::read_watched(&self.file, options, watch)?.file {
+            let loaded = scene_file::read_watched(&self.file, options, watch)?;
+            watch.hold(loaded.held);
+            return Ok(match loaded.file {
                 SceneFile::Mesh { geometry, is_open } => Model::Mesh { geometry, is_open },
                 SceneFile::X3d(document) => Model::X3d(document),
                 SceneFile::Gltf(document) => Model::Gltf(document),

@@ -163,7 +163,7 @@ impl Framebuffer {
         };
         let mut target = Target { memory, depth, depth_format: state.depth_format, ids: ids.as_mut() };
         let stats = renderer.draw(&mut target, &call)?;
-        Ok(DrawReport { stats, empty: EmptyDraw::of_call(&stats, &call, [width, height], is_dark(&call)) })
+        Ok(DrawReport { stats, empty: EmptyDraw::of_call(&stats, &call, target.memory, is_dark(&call)) })
     }
 
     /// Draws a scene, as `DRAWSCENE` does: its background, its objects, and last the transparent
@@ -174,14 +174,13 @@ impl Framebuffer {
     /// # Errors
     /// Those of [`Framebuffer::draw`].
     pub fn draw_scene(&mut self, scene: &Scene) -> Result<DrawReport, PipelineError> {
-        let frame = [self.width(), self.height()];
         let DrawState { camera, shade, hide, interp, name, .. } = self.state;
         let size = SceneOptions::new(self.width(), self.height());
         let options = SceneOptions { camera, shade, hide, interp, first_name: name, ..size };
         let Framebuffer { memory, depth, ids, renderer, state, .. } = self;
         let mut target = Target { memory, depth, depth_format: state.depth_format, ids: ids.as_mut() };
         let stats = renderer.draw_scene(&mut target, scene, &options)?;
-        Ok(DrawReport { stats, empty: EmptyDraw::of_scene(&stats, scene, &options, frame) })
+        Ok(DrawReport { stats, empty: EmptyDraw::of_scene(&stats, scene, &options, target.memory) })
     }
 
     /// Sets a camera that shows all of a mesh from its front, somewhat from the right and above, a

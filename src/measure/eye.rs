@@ -1,11 +1,11 @@
 //! Speed of the N-dimensional eye on several threads, with identical pictures.
 
 use super::clock::Work;
-use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
+use super::experiment::{Bound, Check, Effort, Experiment, Row, Truth};
 use super::fibre_fan::{shown, spread};
 use super::memory;
 use super::scaling::{Scaling, ScalingPoint};
-use super::threads::usual_threads;
+use super::threads::{standing_of, usual_threads};
 use crate::executor::Executor;
 use crate::eye::shapes::{DemoScene, Shape, cross_polytope, cube};
 use crate::eye::{EyePicture, EyeScene, Fibre, render_with};
@@ -138,7 +138,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
                 }
             };
             let is_default = threads == usual_threads().min(3);
-            let standing = if is_default { Standing::Default } else { Standing::Mode };
+            let standing = standing_of(threads, is_default);
             let name = if threads == 1 { "1 thread".into() } else { format!("{threads} threads") };
             let row =
                 Row::judged(effort, (subject, &name, standing), &output, bounds.to_vec(), judge, mutate);

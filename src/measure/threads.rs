@@ -52,6 +52,16 @@ pub(super) fn usual_threads() -> usize {
     std::thread::available_parallelism().map_or(1, |n| n.get())
 }
 
+/// Returns the standing of drawing on this many threads. More than there are processors are no
+/// mode to choose, and their time is the scheduler's.
+pub(super) fn standing_of(threads: usize, is_default: bool) -> Standing {
+    match is_default {
+        true => Standing::Default,
+        false if threads > usual_threads() => Standing::Comparison,
+        false => Standing::Mode,
+    }
+}
+
 /// Returns the knot as a case.
 fn case(effort: &Effort) -> Case {
     let (width, height) = effort.pick((320, 240), (1280, 960));
@@ -83,7 +93,7 @@ fn ways() -> Vec<(String, RenderPath, Level, usize, Standing)> {
             let plural = if threads == 1 { "" } else { "s" };
             let name = format!("{} vectors, {threads} thread{plural}", level.as_str());
             let is_usual = level == Level::best() && threads == usual_threads().min(MOST_THREADS);
-            let standing = if is_usual { Standing::Default } else { Standing::Mode };
+            let standing = standing_of(threads, is_usual);
             ways.push((name, RenderPath::Fast, level, threads, standing));
         }
     }

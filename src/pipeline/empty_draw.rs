@@ -1,14 +1,16 @@
 //! Draws that show nothing, and why.
 //!
-//! In: the counts of a draw's stages, and its call where they do not suffice. Out: an [`EmptyDraw`].
+//! In: the counts of a draw's stages, its call and its clip rectangle where they do not suffice. Out: an [`EmptyDraw`].
 //! Promises: the contents of the buffers are not read, so the reason depends on nothing but the call
 //! and the depths that it met; for a draw that writes pixels it costs at most one pass over its
 //! lights.
 
 use super::{DrawCall, DrawStats, SceneOptions};
+use crate::memory::VideoMemory;
 use crate::scene::{Camera, Light, LightingModel, Material, Mesh, Scene, ShadeMode, Viewport};
 use glam::{DMat4, DVec3};
 use std::fmt;
+use std::ops::Range;
 
 /// Reason for which a draw shows nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,6 +31,8 @@ pub enum EmptyDraw {
     TooSmall,
     /// All its pixels lie behind what is there, or outside near and far.
     Hidden,
+    /// No pixel of it lies in the clip rectangle.
+    Clipped,
 }
 
 impl fmt::Display for EmptyDraw {
@@ -42,49 +46,74 @@ impl fmt::Display for EmptyDraw {
             EmptyDraw::OutsideView => "all of it lies outside the view",
             EmptyDraw::TooSmall => "no face covers the centre of a pixel",
             EmptyDraw::Hidden => "all its pixels lie behind what is there, or outside near and far",
+            EmptyDraw::Clipped => "no pixel of it lies in the clip rectangle",
         })
     }
 }
 
 impl EmptyDraw {
-    /// Returns the reason why a draw of `call` on a frame of this size showed nothing, by the counts
-    /// of its stages; `None` if it showed something. `is_dark` is [`is_dark`] of the call as it was
-    /// wanted.
-    pub fn of_call(stats: &DrawStats, call: &DrawCall, frame: [u32; 2], is_dark: bool) -> Option<EmptyDraw> {
+    /// Returns the reason why a draw of `call` on this memory, within its clip rectangle, showed
+    /// nothing, by the counts of its stages; `None` if it showed something. `is_dark` is [`is_dark`]
+    /// of the call as it was wanted.
+    pub fn of_call(
+        stats: &DrawStats,
+        call: &DrawCall,
+        memory: &VideoMemory,
+        is_dark: bool,
+    ) -> Option<EmptyDraw> {
         let mesh = &call.geometry.mesh;
+        let is_behind_eye = || is_behind_eye(&call.camera, mesh.bounds(), call.model);
         Some(match stats.pixels_written {
             0 if is_without_content(mesh) => EmptyDraw::NoContent,
-            0 if !is_on_frame(call.viewport, frame) => EmptyDraw::NoViewport,
-            0 => EmptyDraw::of_counts(stats, || is_behind_eye(&call.camera, mesh.bounds(), call.model)),
+            0 => EmptyDraw::of_counts(stats, call.viewport, memory, is_behind_eye),
             _ if is_dark => EmptyDraw::NoLight,
             _ => return None,
         })
     }
 
-    /// Returns the reason why the draw of a scene on a frame of this size showed nothing; `None` if
-    /// it showed something.
+    /// Returns the reason why the draw of a scene on this memory, within its clip rectangle, showed
+    /// nothing; `None` if it showed something.
     pub fn of_scene(
         stats: &DrawStats,
         scene: &Scene,
         options: &SceneOptions,
-        frame: [u32; 2],
+        memory: &VideoMemory,
     ) -> Option<EmptyDraw> {
         let is_empty = || scene.objects.iter().all(|object| is_without_content(&object.geometry.mesh));
         let is_dark = |object| is_dark(&DrawCall::of_object(object, scene, options));
         let camera = scene.camera.unwrap_or(options.camera);
         Some(match stats.pixels_written {
             0 if is_empty() => EmptyDraw::NoContent,
-            0 if !is_on_frame(options.viewport, frame) => EmptyDraw::NoViewport,
-            0 => EmptyDraw::of_counts(stats, || is_behind_eye(&camera, scene.bounds(), DMat4::IDENTITY)),
+            0 => {
+                let is_behind_eye = || is_behind_eye(&camera, scene.bounds(), DMat4::IDENTITY);
+                EmptyDraw::of_counts(stats, options.viewport, memory, is_behind_eye)
+            }
             _ if scene.lights.iter().all(is_off) && scene.objects.iter().all(is_dark) => EmptyDraw::NoLight,
             _ => return None,
         })
     }
 
+    /// Returns the reason why nothing can be drawn in an area of this memory; `None` if a pixel of it
+    /// can be.
+    pub fn of_area(area: Viewport, memory: &VideoMemory) -> Option<EmptyDraw> {
+        if !meets(area, [0..memory.width(), 0..memory.height()]) {
+            return Some(EmptyDraw::NoViewport);
+        }
+        (!meets(area, memory.clip())).then_some(EmptyDraw::Clipped)
+    }
+
     /// Returns the reason that the stages' counts show, for a draw that had faces, lines or points
     /// and wrote no pixel.
-    fn of_counts(stats: &DrawStats, is_behind_eye: impl FnOnce() -> bool) -> EmptyDraw {
-        if stats.pixels_tested > 0 || stats.faces_hidden > 0 {
+    fn of_counts(
+        stats: &DrawStats,
+        viewport: Viewport,
+        memory: &VideoMemory,
+        is_behind_eye: impl FnOnce() -> bool,
+    ) -> EmptyDraw {
+        if let Some(reason) = EmptyDraw::of_area(viewport, memory) {
+            return reason;
+        }
+        let reason = if stats.pixels_tested > 0 || stats.faces_hidden > 0 {
             EmptyDraw::Hidden
         } else if stats.faces_drawn + stats.lines_drawn + stats.points_drawn > 0 {
             EmptyDraw::TooSmall
@@ -96,17 +125,22 @@ impl EmptyDraw {
             EmptyDraw::TooSmall
         } else {
             EmptyDraw::OutsideView
+        };
+        match reason {
+            // The stages leave out at the clip rectangle's border what lies outside, as at the view's.
+            EmptyDraw::TooSmall | EmptyDraw::OutsideView if memory.is_clipped() => EmptyDraw::Clipped,
+            reason => reason,
         }
     }
 }
 
-/// Returns whether a viewport contains any pixel of a frame.
-fn is_on_frame(viewport: Viewport, [width, height]: [u32; 2]) -> bool {
-    let meets = |start: i32, length: u32, side: u32| {
+/// Returns whether a viewport contains any pixel of these columns and rows.
+fn meets(viewport: Viewport, [columns, rows]: [Range<u32>; 2]) -> bool {
+    let meets = |start: i32, length: u32, within: Range<u32>| {
         let (start, end) = (i64::from(start), i64::from(start) + i64::from(length));
-        length > 0 && start < i64::from(side) && end > 0
+        length > 0 && start < i64::from(within.end) && end > i64::from(within.start)
     };
-    meets(viewport.x, viewport.width, width) && meets(viewport.y, viewport.height, height)
+    meets(viewport.x, viewport.width, columns) && meets(viewport.y, viewport.height, rows)
 }
 
 fn is_without_content(mesh: &Mesh) -> bool {

@@ -11,6 +11,7 @@ use super::auto_framing::FRAME_FOV_RAD;
 use super::{Camera, LookAt, ObliqueKind, Projection, contain};
 use crate::math::matrix;
 use glam::{DMat4, DVec3};
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Projection that the viewer chose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -56,7 +57,20 @@ impl Default for Navigator {
 }
 
 /// Limits of the zoom, within which distances keep their precision.
+/// Least angle between an orbiting viewer and the poles.
+const POLE_RAD: f64 = PI / 180.0;
 const ZOOM: std::ops::RangeInclusive<f64> = 1e-4..=1e4;
+
+/// Returns the part of a pitch that keeps the viewer, upright or upside down, [`POLE_RAD`] away from
+/// the poles of `up`, or as near to them as it is.
+fn pitch_to_pole([_, y, z]: [DVec3; 3], up: DVec3, pitch_rad: f64) -> f64 {
+    // Elevation of the eye above the reference point: 0 on the equator, PI there upside down.
+    let elevation = libm::atan2(z.dot(up), y.dot(up));
+    let equator = if elevation.abs() > FRAC_PI_2 { PI.copysign(elevation) } else { 0.0 };
+    let given = elevation - equator;
+    let highest = (FRAC_PI_2 - POLE_RAD).max(given.abs());
+    given - (given - pitch_rad).clamp(-highest, highest)
+}
 
 impl Navigator {
     /// Returns whether the viewer's camera is the author's.
@@ -74,13 +88,14 @@ impl Navigator {
     }
 
     /// Rotates about the reference point: by `yaw_rad` about the world's up axis `up`, so that a
-    /// level horizon stays level, then by `pitch_rad` about the viewer's right. Yaw is reversed if
-    /// the viewer is upside down, so that near objects still follow a drag.
+    /// level horizon stays level, then by `pitch_rad` about the viewer's right, not over the poles
+    /// above and below the reference point. Yaw is reversed if the given camera is upside down, so
+    /// that near objects still follow a drag.
     pub fn orbit(&mut self, given: &Camera, up: DVec3, yaw_rad: f64, pitch_rad: f64) {
-        let is_upside_down = self.stand(given).up.dot(up) < 0.0;
+        let is_upside_down = self.stand(given).axes().is_ok_and(|[_, y, _]| y.dot(up) < 0.0);
         self.turn(given, if is_upside_down { -up } else { up }, yaw_rad);
-        if let Ok([right, _, _]) = self.stand(given).axes() {
-            self.turn(given, right, pitch_rad);
+        if let Ok(axes) = self.stand(given).axes() {
+            self.turn(given, axes[0], pitch_to_pole(axes, up, pitch_rad));
         }
     }
 
@@ -321,6 +336,34 @@ mod tests {
             assert!(right.y.abs() < 1e-12 && up.y > 0.5, "{right} {up}");
             assert!((look_at.eye.y - camera.look_at.eye.y).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn an_orbit_ends_at_the_poles() {
+        let (mut camera, _) = given();
+        for is_upside_down in [false, true] {
+            let mut navigator = Navigator::default();
+            let mut heights = Vec::new();
+            for pitch_rad in [-0.1; 40].into_iter().chain([0.3; 20]) {
+                navigator.orbit(&camera, DVec3::Y, 0.2, pitch_rad);
+                let [right, up, back] = navigator.stand(&camera).axes().expect("axes");
+                assert!(right.y.abs() < 1e-9 && (up.y < 0.0) == is_upside_down, "{right} {up}");
+                heights.push(libm::asin(back.y));
+            }
+            let (high, low) = (heights[39], heights[59]);
+            let pole = FRAC_PI_2 - POLE_RAD;
+            let ends = if is_upside_down { [-pole, pole] } else { [pole, -pole] };
+            assert!((high - ends[0]).abs() < 1e-9 && (low - ends[1]).abs() < 1e-9, "{heights:?}");
+            camera.look_at.up = -camera.look_at.up;
+        }
+        // A camera at a pole leaves it, and goes no nearer.
+        camera.look_at = LookAt { eye: DVec3::Y * 9.0, reference: DVec3::ZERO, up: DVec3::Z };
+        let mut navigator = Navigator::default();
+        navigator.orbit(&camera, DVec3::Y, 0.0, -0.5);
+        assert!((navigator.stand(&camera).eye - camera.look_at.eye).length() < 1e-9);
+        navigator.orbit(&camera, DVec3::Y, 0.0, 0.5);
+        let eye = navigator.stand(&camera).eye;
+        assert!((eye.y - 9.0 * libm::cos(0.5)).abs() < 1e-9, "{eye}");
     }
 
     #[test]

@@ -134,7 +134,7 @@ pub struct Session {
     /// Explanation of the command that has just run, until it is reported.
     pub remark: Option<&'static str>,
     /// Reasons of empty draws that were explained already, one bit each.
-    pub(super) explained_draws: u8,
+    pub(super) explained_draws: u16,
     /// Source of files for its commands.
     pub(super) file_access: FileAccess,
     /// The memory budget's reservation for its matrices.

@@ -22,10 +22,12 @@ const OFF_FRAME: u32 = 0x0030_0030;
 pub fn draw(canvas: &mut Canvas<'_>, overlay: &Overlay, corner: &mut Corner) {
     let bottom = fitting(&overlay.bottom, canvas.width, canvas.height);
     let [_, bottom_height] = box_size(&bottom.0, bottom.1);
+    let mut top_end = 0;
     if !overlay.top.is_empty() {
         let room = canvas.height.saturating_sub(bottom_height + 3 * EDGE);
         let (lines, scale) = fitting(&overlay.top, canvas.width, room);
         draw_box(canvas, [EDGE, EDGE], &lines, scale);
+        top_end = EDGE + box_size(&lines, scale)[0];
     }
     if !bottom.0.is_empty() {
         // The upper corners are available unless the other text or the inspector is shown.
@@ -37,9 +39,7 @@ pub fn draw(canvas: &mut Canvas<'_>, overlay: &Overlay, corner: &mut Corner) {
         draw_box(canvas, corner.place([canvas.width, canvas.height], size), &bottom.0, bottom.1);
     }
     if let Some(zoom) = &overlay.zoom {
-        // The text occupies its corner; the pixels go below.
-        let is_low = zoom.belongs_left && !overlay.top.is_empty();
-        draw_zoom(canvas, zoom, is_low.then_some(bottom_height + 2 * EDGE));
+        draw_zoom(canvas, zoom, top_end, bottom_height + 2 * EDGE);
     }
 }
 
@@ -62,7 +62,27 @@ fn fitting(lines: &[String], width: usize, height: usize) -> (Vec<String>, usize
             return (laid, 1);
         }
     }
-    (lines.to_vec(), 1)
+    (beginning(lines, width, height), 1)
+}
+
+/// Returns what fits of lines that are too many for a box of `width` x `height`, with a last line
+/// that says how many are left out.
+fn beginning(lines: &[String], width: usize, height: usize) -> Vec<String> {
+    let [line_height, margins] =
+        [box_size(&[String::new()], 1)[1] - box_size(&[], 1)[1], box_size(&[], 1)[1]];
+    let rows = height.saturating_sub(margins) / line_height;
+    if lines.len() <= rows {
+        // Too wide, which no choice of lines changes.
+        return lines.to_vec();
+    }
+    let begun = |columns: usize| {
+        let shown = (rows.saturating_sub(1) * columns).min(lines.len());
+        let mut laid = in_columns(&lines[..shown], columns);
+        laid.push(format!("... {} more in a larger window", lines.len() - shown));
+        laid
+    };
+    let fits = |laid: &Vec<String>| box_size(laid, 1)[0] + 2 * EDGE <= width;
+    (1..=3).rev().map(begun).find(fits).unwrap_or_else(|| begun(1))
 }
 
 /// Breaks a line of parts with bars between them into lines of at most `letters` letters; a part
@@ -95,16 +115,18 @@ fn in_columns(lines: &[String], columns: usize) -> Vec<String> {
     (0..rows).map(row).collect()
 }
 
-/// Draws the enlarged pixels with their text below, in a corner away from the pointer: an upper
-/// one, or `above_end` pixels above the lower end.
-fn draw_zoom(canvas: &mut Canvas<'_>, zoom: &Zoom, above_end: Option<usize>) {
+/// Draws the enlarged pixels with their text below, in a corner away from the pointer: an upper one,
+/// or, where the upper text reaches to column `top_end` of it, `above_end` pixels above the lower
+/// end.
+fn draw_zoom(canvas: &mut Canvas<'_>, zoom: &Zoom, top_end: usize, above_end: usize) {
     let cell = (canvas.height / 3 / zoom.side).clamp(4, 16);
     let [text_width, text_height] = box_size(&zoom.lines, 1);
     let side = zoom.side * cell;
     let width = side.max(text_width);
     let x = if zoom.belongs_left { EDGE } else { canvas.width.saturating_sub(width + EDGE) };
     let height = side + text_height;
-    let y = above_end.and_then(|above| canvas.height.checked_sub(above + height)).unwrap_or(EDGE);
+    let low = canvas.height.checked_sub(above_end + height).filter(|_| x < top_end);
+    let y = low.unwrap_or(EDGE);
     if x + side > canvas.width || y + height > canvas.height {
         // No room for the pixels: only their text.
         return draw_box(canvas, [x.min(canvas.width), EDGE], &zoom.lines, 1);
@@ -170,6 +192,42 @@ mod tests {
                 assert!(w <= width && h <= height, "{width}x{height}: {w}x{h}");
                 assert!(lines.iter().all(|l| l.chars().count() * CELL + 2 * EDGE <= width));
             }
+        }
+    }
+
+    #[test]
+    fn a_small_window_says_how_many_keys_it_leaves_out() {
+        for is_nd in [false, true] {
+            let keys = help_lines(is_nd);
+            for (width, height) in [(320, 240), (360, 120), (310, 300)] {
+                let (lines, scale) = fitting(&keys, width, height);
+                let [w, h] = box_size(&lines, scale);
+                assert!(w + 2 * EDGE <= width && h <= height, "{width}x{height}: {w}x{h}");
+                let (last, shown) = lines.split_last().unwrap();
+                let shown = keys.iter().filter(|key| shown.iter().any(|line| line.contains(key.trim_end())));
+                assert_eq!(*last, format!("... {} more in a larger window", keys.len() - shown.count()));
+            }
+        }
+    }
+
+    #[test]
+    fn the_inspector_covers_no_text() {
+        let (width, height) = (960, 720);
+        // As wide as the window allows at twice the size.
+        let top = vec!["x".repeat(50), "y".repeat(50)];
+        let lines = vec!["x 1 y 2".into()];
+        let text = |zoom: Option<Zoom>| {
+            let mut words = vec![0; width * height];
+            let overlay = Overlay { top: top.clone(), zoom, ..Overlay::default() };
+            draw(&mut Canvas { words: &mut words, width, height }, &overlay, &mut Corner::BottomLeft);
+            let [w, h] = box_size(&top, 2);
+            let inside = |i: &usize| (i % width) < EDGE + w && i / width < EDGE + h;
+            (0..words.len()).filter(inside).map(|i| words[i]).collect::<Vec<u32>>()
+        };
+        for belongs_left in [false, true] {
+            let colors = vec![Some([9, 9, 9, 255]); 121];
+            let zoom = Zoom { side: 11, colors, lines: lines.clone(), belongs_left };
+            assert!(text(Some(zoom)) == text(None), "left: {belongs_left}");
         }
     }
 

@@ -1,6 +1,7 @@
 //! glTF, STL and PLY files on the command line.
 
 use crate::play::{Folder, err, run};
+use std::io::Write;
 
 #[test]
 fn scenes_are_known_by_their_content_whatever_their_name() {
@@ -55,4 +56,40 @@ fn a_gltf_animation_is_a_movie_of_its_own_and_a_still_one_a_turn() {
         let viewed = run(&["view", &scene, "--headless", "--frames", "2", "--size", "16x12"], b"");
         assert_eq!(viewed.status.code(), Some(0), "{}", err(&viewed));
     }
+}
+
+#[test]
+fn scenes_are_read_within_the_memory_that_is_allowed() {
+    let folder = Folder::new("memory");
+    let text = format!("<X3D><Scene><Shape><Box/></Shape>{}</Scene></X3D>", " ".repeat(40 << 20));
+    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    encoder.write_all(text.as_bytes()).unwrap();
+    let packed = folder.file("spaces.x3dz", encoder.finish().unwrap());
+    let plain = folder.file("spaces.x3d", text);
+    let picture = folder.path("o.raw");
+    for file in [&packed, &plain] {
+        for arguments in [&["render", file, "-o", &picture][..], &["view", file, "--headless"]] {
+            let with = |memory: &str| run(&[arguments, &["--max-memory", memory]].concat(), b"");
+            let refused = with("30M");
+            let said = err(&refused);
+            assert_eq!(refused.status.code(), Some(1), "{arguments:?}: {said}");
+            assert!(said.starts_with("fbptr: ") && said.contains("of memory for"), "{said}");
+            let drawn = with("1G");
+            assert_eq!((drawn.status.code(), err(&drawn)), (Some(0), ""), "{arguments:?}");
+        }
+    }
+}
+
+#[test]
+fn frames_of_an_n_dimensional_scene_that_does_not_turn_are_said_to_be_the_same() {
+    let folder = Folder::new("still");
+    let tesseract = folder.file("t.json", run(&["eye", "--make", "tesseract"], b"").stdout);
+    let frames = folder.path("f.raw");
+    let still = run(&["render", &tesseract, "-o", &frames, "--size", "16x12", "--frames", "2"], b"");
+    let said = err(&still);
+    assert_eq!(still.status.code(), Some(0), "{said}");
+    assert!(said.starts_with("fbptr: the 2 frames are the same: --turn A,B,DEGREES turns"), "{said}");
+    let turned =
+        ["render", &tesseract, "-o", &frames, "--size", "16x12", "--frames", "2", "--turn", "0,1,90"];
+    assert_eq!(err(&run(&turned, b"")), "");
 }

@@ -489,11 +489,13 @@ fn frames_of_a_scene_without_an_animation_are_one_turn() {
 fn what_was_probably_meant_is_said() {
     let folder = Folder::new("meant");
     let (model, stream) = (folder.file("model.obj", WEDGE), folder.file("tour.fbs", "SIZE\n"));
+    let box_file = folder.file("box", "ply\nformat ascii 1.0\n");
     for (arguments, wanted) in [
         (&[model.as_str()][..], format!("`fbptr view {model}` shows it")),
         (&[stream.as_str()], format!("`fbptr play {stream}` plays it")),
         (&["serv"], "'serve'".to_owned()),
         (&["serve", "--siez", "4x3"], "'--size'".to_owned()),
+        (&[box_file.as_str()], format!("`fbptr view {box_file}` shows it")),
         (&["serve", "--listen", "nonsense:port"], "an address is HOST:PORT".to_owned()),
     ] {
         let output = run(arguments, b"");
@@ -529,6 +531,9 @@ fn files_of_other_formats_are_named_in_one_line() {
             assert_eq!(said.lines().count(), 1, "{arguments:?}: {said}");
             assert!(said.starts_with(&format!("fbptr: {file}: {what}; expected ")), "{said}");
         }
+        let refused = run(&["play", "-", "--headless"], bytes);
+        assert_eq!(err(&refused), format!("fbptr: -: {what}; expected a stream of commands\n"));
+        assert_eq!(refused.status.code(), Some(1), "{name}");
     }
 }
 

@@ -174,6 +174,25 @@ fn stray_text_is_a_warning_at_its_first_word() {
     assert_eq!(document.at(0.0).objects.len(), 1);
 }
 
+#[test]
+fn stray_text_in_the_head_and_in_prototypes_is_a_warning_too() {
+    let text = "<X3D><head>a<meta name='n' content='c'>b</meta></head><Scene>\n\
+        <ProtoDeclare name='P'>c<ProtoInterface>d\n\
+        <field accessType='inputOutput' type='SFColor' name='f' value='1 0 0'>e</field></ProtoInterface>\n\
+        <ProtoBody>f<Shape><Appearance><Material><IS>g<connect nodeField='diffuseColor' protoField='f'>h\n\
+        </connect></IS></Material></Appearance><Box/></Shape></ProtoBody></ProtoDeclare>\n\
+        <ProtoInstance name='P'>i<fieldValue name='f' value='0 1 0'>j</fieldValue></ProtoInstance>\n\
+        </Scene></X3D>";
+    let document = parse(text).unwrap();
+    let skipped: Vec<String> =
+        warnings(&document).iter().map(|w| w.rsplit(' ').next().unwrap_or("").to_owned()).collect();
+    let mut sorted = skipped.clone();
+    sorted.sort();
+    let letters: Vec<String> = ('a'..='j').map(|c| format!("\"{c}\"")).collect();
+    assert_eq!(sorted, letters, "{:?}", warnings(&document));
+    assert_eq!(document.at(0.0).objects.len(), 1);
+}
+
 const QUAD: &str = "coordIndex='0 1 2 -1 0 2 3 -1'";
 const COORDINATES: &str = "<Coordinate point='0 0 0 1 0 0 1 1 0 0 1 0'/>";
 const COLORS: &str = "<Color color='1 0 0 0 1 0 0 0 1 1 1 1'/>";

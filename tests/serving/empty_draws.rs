@@ -14,7 +14,7 @@ const SCENE_BEHIND: &str = "SCENE X3D :170\n<X3D version='3.3'><Scene><Viewpoint
     </Scene></X3D>\nDRAWSCENE\n";
 
 /// Streams that draw once, each with its explanation.
-const CASES: [(&str, &str); 12] = [
+const CASES: [(&str, &str); 17] = [
     // To take a light away is to have a view of one's own.
     ("LIGHT 0 OFF\nMESH m BOX\nDRAW m\n", "all of it is black: there is no light"),
     ("AMBIENT 1 1 1\nMESH m BOX\nDRAW m\n", "all of it is black: there is no light"),
@@ -34,6 +34,15 @@ const CASES: [(&str, &str); 12] = [
         "*MESH m BOX\nVIEWPORT 0 0 0 10\nDRAW m\n",
         "nothing is drawn: no pixel of the frame lies in its viewport",
     ),
+    // A clip rectangle without a pixel, one beside the view, one beside the box, and one on it.
+    ("*MESH m BOX\nCLIP 5 5 0 0\nDRAW m\n", "nothing is drawn: no pixel of it lies in the clip rectangle"),
+    (
+        "*MESH m BOX\nVIEWPORT 0 0 9 9\nCLIP 20 20 9 9\nDRAW m\n",
+        "nothing is drawn: no pixel of it lies in the",
+    ),
+    ("*MESH m BOX\nCLIP 0 0 2 2\nDRAW m\n", "nothing is drawn: no pixel of it lies in the clip rectangle"),
+    ("*MESH m BOX\nCLIP 0 0 40 40\nTRANSLATE 0 0 20\nDRAW m\n", "nothing is drawn: all of it lies behind"),
+    ("CLIP 63 0 9 1\n<SCENE_BESIDE>", "nothing is drawn: no pixel of it lies in the clip rectangle"),
     ("<EMPTY_SCENE>", "nothing is drawn: there are no faces, lines or points in it"),
     ("<SCENE_BEHIND>", "nothing is drawn: all of it lies behind the eye"),
     ("*MESH m BOX\nDEPTH u16\nHIDE zbuffer\nPERSPECTIVE 0.7 1 3\nDRAW m\n", "nothing is drawn: "),
@@ -45,6 +54,7 @@ fn stream(case: &str) -> String {
         .replace('*', LIGHT)
         .replace("<BACK>", BACK)
         .replace("<EMPTY_SCENE>", EMPTY_SCENE)
+        .replace("<SCENE_BESIDE>", &SCENE_BEHIND.replace("0 0 50", "0 0 -9"))
         .replace("<SCENE_BEHIND>", SCENE_BEHIND)
 }
 

@@ -30,8 +30,9 @@ pub(in crate::cli) fn tcp(text: &str) -> Result<SocketAddr, String> {
         None if !text.is_empty() => format!("{text}:{DEFAULT_PORT}"),
         _ => return Err(expected()),
     };
-    let mut found = with_port.to_socket_addrs().map_err(|e| format!("{text}: {e}"))?;
-    found.next().ok_or_else(|| format!("{text}: no such host"))
+    let mut found =
+        with_port.to_socket_addrs().map_err(|e| format!("no host has this name ({e}); {}", expected()))?;
+    found.next().ok_or_else(|| format!("no host has this name; {}", expected()))
 }
 
 /// Parses an address to listen on, and refuses one that other machines reach unless that is allowed.
@@ -110,6 +111,9 @@ mod tests {
         for bad in ["", ":", ":x", "99999", ":99999", "127.0.0.1:", "127.0.0.1:x", "a b:1"] {
             assert!(tcp(bad).is_err(), "{bad}");
         }
+        // A domain that never exists (RFC 6761).
+        let unknown = tcp("name.invalid").unwrap_err();
+        assert!(unknown.contains("no host has this name") && unknown.contains("HOST:PORT"), "{unknown}");
         assert_eq!(target("/a/b").unwrap(), ServerAddress::Unix("/a/b".into()));
         assert_eq!(target("unix:b").unwrap(), ServerAddress::Unix("b".into()));
     }

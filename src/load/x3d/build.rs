@@ -206,6 +206,7 @@ impl<'d, 'r> Builder<'d, 'r> {
             match child.tag_name().name() {
                 "Scene" if scene.is_none() => scene = Some(child),
                 "head" => {
+                    self.stray_text_in_parts(file, child);
                     for unit in child.descendants().filter(|e| e.tag_name().name() == "unit") {
                         if let Err(wrong) = file.units.read(unit) {
                             self.warn(file, unit, wrong);
@@ -232,7 +233,7 @@ impl<'d, 'r> Builder<'d, 'r> {
             "ROUTE" => file.routes.push(element),
             "ProtoDeclare" | "ExternProtoDeclare" => self.declare(file, element),
             // Read together with the node that contains it.
-            "IS" => {}
+            "IS" => self.stray_text_in_parts(file, element),
             "ProtoInstance" => {
                 let node = self.instance_or_use(file, element, depth)?;
                 return Ok(node.and_then(|node| self.placed(file, element, node, parent)));

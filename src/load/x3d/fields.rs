@@ -70,7 +70,21 @@ impl<'d> Builder<'d, '_> {
             }
         }
     }
+
+    /// Warns about text in an element that is no node, and in its parts that are none either.
+    pub(super) fn stray_text_in_parts(&mut self, file: &File<'d>, element: Element<'d, 'd>) {
+        self.stray_text(file, element);
+        let children = |e: Element<'d, 'd>| e.children().filter(Element::is_element);
+        let inner = children(element).chain(children(element).flat_map(children));
+        for part in inner.filter(|e| PARTS.contains(&e.tag_name().name())) {
+            self.stray_text(file, part);
+        }
+    }
 }
+
+/// Elements of a file that are no nodes: those of its head and of prototypes.
+const PARTS: [&str; 8] =
+    ["ProtoInterface", "ProtoBody", "field", "fieldValue", "connect", "component", "meta", "unit"];
 
 /// Returns the error for a field's text.
 fn bad_value(place: FilePosition, ty: &NodeType, field: &schema::FieldDef, error: &ValueError) -> LoadError {

@@ -143,6 +143,7 @@ impl<'d> Builder<'d, '_> {
         element: Element<'d, 'd>,
         depth: usize,
     ) -> Result<Option<NodeId>, LoadError> {
+        self.stray_text_in_parts(file, element);
         if let Some(used) = element.attribute("USE") {
             return self.used(file, element, used, depth);
         }

@@ -131,6 +131,7 @@ impl<'d> Protos<'d> {
 impl<'d> Builder<'d, '_> {
     /// Adds a declaration to its scope.
     pub(super) fn declare(&mut self, file: &File<'d>, element: Element<'d, 'd>) {
+        self.stray_text_in_parts(file, element);
         let Some(name) = element.attribute("name").filter(|n| !n.is_empty()) else {
             let tag = element.tag_name().name();
             return self.warn(file, element, format!("<{tag}> without a name was skipped"));

@@ -276,11 +276,13 @@ impl Engine {
 
     /// Counts what a draw has drawn, and explains it if it shows nothing.
     pub(super) fn note_drawn(&mut self, s: &mut Session, drawing: &Drawing, stats: &DrawStats) {
-        let frame = [self.framebuffer.width(), self.framebuffer.height()];
+        let memory = &self.framebuffer.memory;
         let (empty, (shade, hide)) = match drawing {
-            Drawing::Mesh(draw) => (EmptyDraw::of_call(stats, &draw.call(), frame, draw.is_dark), draw.asked),
+            Drawing::Mesh(draw) => {
+                (EmptyDraw::of_call(stats, &draw.call(), memory, draw.is_dark), draw.asked)
+            }
             Drawing::Scene(draw) => {
-                (EmptyDraw::of_scene(stats, &draw.scene, &draw.options, frame), (s.shade, s.hide))
+                (EmptyDraw::of_scene(stats, &draw.scene, &draw.options, memory), (s.shade, s.hide))
             }
         };
         empty_draw::note(s, empty);

@@ -21,6 +21,9 @@ fn text(reason: EmptyDraw) -> &'static str {
         EmptyDraw::Hidden => {
             "nothing is drawn: all its pixels lie behind what is there (CLEAR resets depths), or outside near and far"
         }
+        EmptyDraw::Clipped => {
+            "nothing is drawn: no pixel of it lies in the clip rectangle (CLIP OFF draws everywhere)"
+        }
     }
 }
 
@@ -28,7 +31,7 @@ fn text(reason: EmptyDraw) -> &'static str {
 /// sent this reason before.
 pub(super) fn note(s: &mut Session, empty: Option<EmptyDraw>) {
     let Some(reason) = empty else { return };
-    let bit = 1 << reason as u8;
+    let bit = 1 << reason as u16;
     s.stats.empty_draws += 1;
     if s.reports_errors() && s.explained_draws & bit == 0 {
         s.explained_draws |= bit;

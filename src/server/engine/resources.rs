@@ -15,7 +15,7 @@ use crate::load::x3d::X3dDocument;
 use crate::load::{self, FilePosition, LoadError, LoadMemory, LoadWarning, MeshFormat, Smoothing};
 use crate::memory::{MemoryUse, Reservation};
 use crate::pipeline::EmptyDraw;
-use crate::scene::{Geometry, Mesh, Scene, Texture, shapes};
+use crate::scene::{Geometry, Mesh, Scene, Texture, Viewport, ViewportRule, shapes};
 use crate::server::Session;
 use crate::server::resources::{Eye, Resource, ResourceKind, ResourceTable};
 use crate::server::session::DefaultView;
@@ -348,8 +348,11 @@ impl Engine {
 
     /// Counts the pixels of `DRAWEYE`.
     pub(super) fn note_eye(&mut self, s: &mut Session, rect: Rect) {
+        let Rect { x, y, w, h } = rect;
+        let [width, height] = [w, h].map(|side| side.max(0) as u32);
+        let area = Viewport { x, y, width, height, rule: ViewportRule::default() };
         match self.framebuffer.visible(rect) {
-            0 => empty_draw::note(s, Some(EmptyDraw::NoViewport)),
+            0 => empty_draw::note(s, EmptyDraw::of_area(area, &self.framebuffer.memory)),
             pixels => s.stats.pixels += pixels,
         }
     }
