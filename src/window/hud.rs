@@ -14,6 +14,8 @@ const GAP: usize = 3;
 const BAR: &str = " | ";
 /// Width in pixels from which a window has text at twice the font's size.
 const ENLARGED_FROM: usize = 960;
+/// Least side of an enlarged pixel.
+const SMALLEST_CELL: usize = 4;
 /// Colour of the inspector's pixels outside the frame.
 const OFF_FRAME: u32 = 0x0030_0030;
 
@@ -22,12 +24,12 @@ const OFF_FRAME: u32 = 0x0030_0030;
 pub fn draw(canvas: &mut Canvas<'_>, overlay: &Overlay, corner: &mut Corner) {
     let bottom = fitting(&overlay.bottom, canvas.width, canvas.height);
     let [_, bottom_height] = box_size(&bottom.0, bottom.1);
-    let mut top_end = 0;
+    let mut top = [0; 2];
     if !overlay.top.is_empty() {
         let room = canvas.height.saturating_sub(bottom_height + 3 * EDGE);
         let (lines, scale) = fitting(&overlay.top, canvas.width, room);
         draw_box(canvas, [EDGE, EDGE], &lines, scale);
-        top_end = EDGE + box_size(&lines, scale)[0];
+        top = box_size(&lines, scale).map(|side| side + EDGE);
     }
     if !bottom.0.is_empty() {
         // The upper corners are available unless the other text or the inspector is shown.
@@ -39,7 +41,7 @@ pub fn draw(canvas: &mut Canvas<'_>, overlay: &Overlay, corner: &mut Corner) {
         draw_box(canvas, corner.place([canvas.width, canvas.height], size), &bottom.0, bottom.1);
     }
     if let Some(zoom) = &overlay.zoom {
-        draw_zoom(canvas, zoom, top_end, bottom_height + 2 * EDGE);
+        draw_zoom(canvas, zoom, top, bottom_height + 2 * EDGE);
     }
 }
 
@@ -116,17 +118,22 @@ fn in_columns(lines: &[String], columns: usize) -> Vec<String> {
 }
 
 /// Draws the enlarged pixels with their text below, in a corner away from the pointer: an upper one,
-/// or, where the upper text reaches to column `top_end` of it, `above_end` pixels above the lower
-/// end.
-fn draw_zoom(canvas: &mut Canvas<'_>, zoom: &Zoom, top_end: usize, above_end: usize) {
-    let cell = (canvas.height / 3 / zoom.side).clamp(4, 16);
+/// or, where the upper text reaches to it, `above_end` pixels above the lower end, enlarged less if
+/// they would cover the text. `top` is the lower right corner of the upper text's box.
+fn draw_zoom(canvas: &mut Canvas<'_>, zoom: &Zoom, top: [usize; 2], above_end: usize) {
     let [text_width, text_height] = box_size(&zoom.lines, 1);
+    let place = |cell: usize| {
+        let width = (zoom.side * cell).max(text_width);
+        let x = if zoom.belongs_left { EDGE } else { canvas.width.saturating_sub(width + EDGE) };
+        let low = canvas.height.checked_sub(above_end + zoom.side * cell + text_height);
+        [x, low.filter(|_| x < top[0]).unwrap_or(EDGE)]
+    };
+    let is_clear = |cell: &usize| matches!(place(*cell), [x, y] if x >= top[0] || y >= top[1]);
+    let largest = (canvas.height / 3 / zoom.side).clamp(SMALLEST_CELL, 16);
+    let cell = (SMALLEST_CELL..=largest).rev().find(is_clear).unwrap_or(SMALLEST_CELL);
+    let [x, y] = place(cell);
     let side = zoom.side * cell;
-    let width = side.max(text_width);
-    let x = if zoom.belongs_left { EDGE } else { canvas.width.saturating_sub(width + EDGE) };
     let height = side + text_height;
-    let low = canvas.height.checked_sub(above_end + height).filter(|_| x < top_end);
-    let y = low.unwrap_or(EDGE);
     if x + side > canvas.width || y + height > canvas.height {
         // No room for the pixels: only their text.
         return draw_box(canvas, [x.min(canvas.width), EDGE], &zoom.lines, 1);
@@ -213,9 +220,9 @@ mod tests {
     #[test]
     fn the_inspector_covers_no_text() {
         let (width, height) = (960, 720);
-        // As wide as the window allows at twice the size.
-        let top = vec!["x".repeat(50), "y".repeat(50)];
-        let lines = vec!["x 1 y 2".into()];
+        // As wide as the window allows at twice the size, and as high as a plan.
+        let top: Vec<String> = (0..21).map(|_| "x".repeat(55)).collect();
+        let lines = vec!["x 1 y 2".into(); 12];
         let text = |zoom: Option<Zoom>| {
             let mut words = vec![0; width * height];
             let overlay = Overlay { top: top.clone(), zoom, ..Overlay::default() };
