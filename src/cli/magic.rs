@@ -115,7 +115,7 @@ impl<R: Read> Read for CommandInput<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let count = self.input.read(buffer)?;
         if count > 0 && !std::mem::replace(&mut self.has_begun, true) {
-            // The length of a pipe is not known, and only binary STL needs it.
+            // A pipe has no length. Only the detection of binary STL uses it.
             if let Some(content) = of_bytes(&buffer[..count], u64::MAX) {
                 say_as_program(format_args!("-: {content}; expected a stream of commands"));
                 self.has_failed.store(true, Ordering::Release);

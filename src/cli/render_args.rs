@@ -75,7 +75,7 @@ impl RenderArgs {
         self.renderer_within(&self.budget())
     }
 
-    /// Creates a renderer with its threads that shares a memory budget.
+    /// Creates a renderer with its threads and the given memory budget.
     pub(super) fn renderer_within(&self, budget: &MemoryBudget) -> Renderer {
         let mut renderer = Renderer::new(self.options());
         renderer.set_budget(budget);

@@ -1,6 +1,7 @@
 //! Draws that show nothing, and why.
 //!
-//! In: the counts of a draw's stages, its call and its clip rectangle where they do not suffice. Out: an [`EmptyDraw`].
+//! In: the counts of a draw's stages, its call and its clip rectangle where they do not suffice.
+//! Out: an [`EmptyDraw`].
 //! Promises: the contents of the buffers are not read, so the reason depends on nothing but the call
 //! and the depths that it met; for a draw that writes pixels it costs at most one pass over its
 //! lights.
@@ -95,7 +96,7 @@ impl EmptyDraw {
 
     /// Returns the reason why nothing can be drawn in an area of this memory; `None` if a pixel of it
     /// can be.
-    pub fn of_area(area: Viewport, memory: &VideoMemory) -> Option<EmptyDraw> {
+    pub(crate) fn of_area(area: Viewport, memory: &VideoMemory) -> Option<EmptyDraw> {
         if !meets(area, [0..memory.width(), 0..memory.height()]) {
             return Some(EmptyDraw::NoViewport);
         }

@@ -56,9 +56,10 @@ impl Default for Navigator {
     }
 }
 
-/// Limits of the zoom, within which distances keep their precision.
 /// Least angle between an orbiting viewer and the poles.
 const POLE_RAD: f64 = PI / 180.0;
+
+/// Limits of the zoom, within which distances keep their precision.
 const ZOOM: std::ops::RangeInclusive<f64> = 1e-4..=1e4;
 
 /// Returns the part of a pitch that keeps the viewer, upright or upside down, [`POLE_RAD`] away from

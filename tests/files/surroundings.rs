@@ -181,14 +181,14 @@ fn stray_text_in_the_head_and_in_prototypes_is_a_warning_too() {
         <field accessType='inputOutput' type='SFColor' name='f' value='1 0 0'>e</field></ProtoInterface>\n\
         <ProtoBody>f<Shape><Appearance><Material><IS>g<connect nodeField='diffuseColor' protoField='f'>h\n\
         </connect></IS></Material></Appearance><Box/></Shape></ProtoBody></ProtoDeclare>\n\
-        <ProtoInstance name='P'>i<fieldValue name='f' value='0 1 0'>j</fieldValue></ProtoInstance>\n\
+        <ProtoInstance name='P'>i<fieldValue name='f' value='0 1 0'>j</fieldValue><IS>k</IS></ProtoInstance>\n\
         </Scene></X3D>";
     let document = parse(text).unwrap();
     let skipped: Vec<String> =
         warnings(&document).iter().map(|w| w.rsplit(' ').next().unwrap_or("").to_owned()).collect();
     let mut sorted = skipped.clone();
     sorted.sort();
-    let letters: Vec<String> = ('a'..='j').map(|c| format!("\"{c}\"")).collect();
+    let letters: Vec<String> = ('a'..='k').map(|c| format!("\"{c}\"")).collect();
     assert_eq!(sorted, letters, "{:?}", warnings(&document));
     assert_eq!(document.at(0.0).objects.len(), 1);
 }

@@ -83,8 +83,8 @@ impl<'d> Builder<'d, '_> {
 }
 
 /// Elements of a file that are no nodes: those of its head and of prototypes.
-const PARTS: [&str; 8] =
-    ["ProtoInterface", "ProtoBody", "field", "fieldValue", "connect", "component", "meta", "unit"];
+const PARTS: [&str; 9] =
+    ["ProtoInterface", "ProtoBody", "field", "fieldValue", "IS", "connect", "component", "meta", "unit"];
 
 /// Returns the error for a field's text.
 fn bad_value(place: FilePosition, ty: &NodeType, field: &schema::FieldDef, error: &ValueError) -> LoadError {
