@@ -7,7 +7,7 @@
 In: meshes and X3D files below the folder tests/data, and scenes that are made here. Out: a Markdown table, and a
 summary. Ends with status 1 where a picture is further from the exact one than its E.
 
-For each scene one connection to a server of its own (640x480, one thread) draws it exactly and within each E in turns,
+For each scene one connection to a server of its own (640x480, one thread or --threads) draws it exactly and within each E in turns,
 as a program's stream does: CLEAR, then DRAW or DRAWSCENE. A time is that of a run of frames up to the answer to a SYNC;
 a cell is the median of the rounds' ratios, exact over E: 1.00 means no gain, and an E whose settings are exact is
 timed like the others, so that its cell shows the noise. "Choosing" is the time by which the second draw of a new mesh,
@@ -90,10 +90,10 @@ MADE = {
 class Server:
     """A server, and one connection to it."""
 
-    def __init__(self, program):
+    def __init__(self, program, threads):
         self.folder = tempfile.TemporaryDirectory(prefix="fbptr-bench-")
         path = os.path.join(self.folder.name, "socket")
-        command = [program, "serve", "--headless", "--size", f"{WIDTH}x{HEIGHT}", "--unix", path, "--threads", "1"]
+        command = [program, "serve", "--headless", "--size", f"{WIDTH}x{HEIGHT}", "--unix", path, "--threads", threads]
         self.process = subprocess.Popen([*command, "--load-dir", FOLDER], stderr=subprocess.DEVNULL)
         self.wire = socket.socket(socket.AF_UNIX)
         self.wire.settimeout(120)
@@ -224,6 +224,7 @@ def main():
     parser.add_argument("program")
     parser.add_argument("files", nargs="*")
     parser.add_argument("--rounds", type=int, default=7)
+    parser.add_argument("--threads", default="1")
     options = parser.parse_args()
     program = os.path.abspath(options.program)
     print(f"| scene | pixels | exact ms | choosing | {' | '.join(f'E {e}' for e in LIMITS)} | lit by (lights) |")
@@ -231,7 +232,7 @@ def main():
     every, broken = [], []
     for name, setup, frame in scenes([os.path.abspath(f) for f in options.files]):
         one = "CLEAR 000000\n" + frame
-        with Server(program) as server:
+        with Server(program, options.threads) as server:
             found = measured(server, setup, one, options.rounds)
         if found is None:
             print(f"{name}: not drawn", file=sys.stderr)

@@ -1,8 +1,8 @@
 //! Detection of a file's format by its first bytes, not by its name.
 //!
 //! In: the first bytes of a file and its length. Out: the format of a scene, or the name of an
-//! unsupported format; `None` for everything else, which is classified by name. Otherwise a binary
-//! file would be refused line by line.
+//! unsupported format; `None` for everything else, which is classified by name. Otherwise a file of
+//! another format would be refused line by line.
 
 use super::say_as_program;
 use crate::load::{MeshFormat, gltf};
@@ -81,6 +81,9 @@ const TAGS: &[(&str, Content)] = &[
     ("<HTML", Content::Other("an HTML page")),
 ];
 
+/// First words of OBJ files, none of which is a verb of the protocol.
+const OBJ_STATEMENTS: &[&[u8]] = &[b"mtllib", b"o", b"g", b"v", b"vt", b"vn", b"usemtl", b"f"];
+
 /// Detects the format of the file at `path`. Pipes are not read.
 pub(super) fn of_path(path: &Path) -> io::Result<Option<Content>> {
     match std::fs::metadata(path)?.is_file() {
@@ -145,7 +148,17 @@ fn of_bytes(first: &[u8], length: u64) -> Option<Content> {
         return Some(Content::Gltf);
     }
     let mesh = || MeshFormat::recognize(first, length).map(Content::Mesh);
-    what.map(Content::Other).or_else(|| of_xml(first)).or_else(mesh)
+    let obj = || is_obj(first).then_some(Content::Mesh(MeshFormat::Obj));
+    what.map(Content::Other).or_else(|| of_xml(first)).or_else(mesh).or_else(obj)
+}
+
+/// Returns whether the first line that is neither empty nor a comment is a statement of OBJ.
+fn is_obj(first: &[u8]) -> bool {
+    let text = first.strip_prefix(b"\xef\xbb\xbf").unwrap_or(first);
+    let lines = text.split(|b| matches!(b, b'\n' | b'\r')).map(<[u8]>::trim_ascii);
+    let statement = { lines }.find(|line| !line.is_empty() && !line.starts_with(b"#"));
+    let word = statement.and_then(|line| line.split(u8::is_ascii_whitespace).next());
+    word.is_some_and(|word| OBJ_STATEMENTS.contains(&word))
 }
 
 /// Returns whether a file is JSON with keys specific to glTF.
@@ -174,6 +187,7 @@ fn contains(bytes: &[u8], part: &[u8]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::command::Verb;
 
     fn of(bytes: &[u8]) -> Option<Content> {
         of_bytes(bytes, bytes.len() as u64)
@@ -208,6 +222,9 @@ mod tests {
             (&binary_stl, MeshFormat::Stl),
             (b"ply\nformat ascii 1.0\n", MeshFormat::Ply),
             (b"ply\r\n", MeshFormat::Ply),
+            (b"v 0 0 0\nf 1 1 1\n", MeshFormat::Obj),
+            (b"\xef\xbb\xbf# made by hand\r\n\r\n  mtllib a.mtl\r\n", MeshFormat::Obj),
+            (b"g\rv 1 2 3\r", MeshFormat::Obj),
         ] {
             assert_eq!(of(bytes), Some(Content::Mesh(format)));
         }
@@ -222,10 +239,19 @@ mod tests {
     }
 
     #[test]
-    fn streams_meshes_and_own_json_are_left_to_their_names() {
+    fn no_verb_is_a_statement_of_obj() {
+        for word in OBJ_STATEMENTS {
+            let word = std::str::from_utf8(word).unwrap();
+            assert!(Verb::all().iter().all(|verb| !verb.name.eq_ignore_ascii_case(word)), "{word}");
+        }
+    }
+
+    #[test]
+    fn streams_and_own_json_are_left_to_their_names() {
         for text in [
             "PX 1 1 ff0000\nLINE 0 0 9 5 00ff00\n",
-            "v 0 0 0\nf 1 1 1\n",
+            "# v 0 0 0\n",
+            "# a stream\nVERSION\nv 0 0 0\n",
             "{\"dim\": 4, \"objects\": []}",
             "solid",
             "BMP",

@@ -103,7 +103,7 @@ pub enum Standing {
     Default,
     /// A mode that a user can choose.
     Mode,
-    /// No mode of the program: another way, for comparison.
+    /// For comparison: no mode of the program, or the default on another number of threads.
     Comparison,
 }
 

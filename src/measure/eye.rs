@@ -5,7 +5,7 @@ use super::experiment::{Bound, Check, Effort, Experiment, Row, Truth};
 use super::fibre_fan::{shown, spread};
 use super::memory;
 use super::scaling::{Scaling, ScalingPoint};
-use super::threads::{standing_of, usual_threads};
+use super::threads::standing_of;
 use crate::executor::Executor;
 use crate::eye::shapes::{DemoScene, Shape, cross_polytope, cube};
 use crate::eye::{EyePicture, EyeScene, Fibre, render_with};
@@ -137,8 +137,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
                     *unlike = pixels_unlike(&wrong, other);
                 }
             };
-            let is_default = threads == usual_threads().min(3);
-            let standing = standing_of(threads, is_default);
+            let standing = standing_of(threads, true);
             let name = if threads == 1 { "1 thread".into() } else { format!("{threads} threads") };
             let row =
                 Row::judged(effort, (subject, &name, standing), &output, bounds.to_vec(), judge, mutate);

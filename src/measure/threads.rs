@@ -48,17 +48,23 @@ pub(super) fn knot(nu: u32, nv: u32) -> Scene {
 }
 
 /// Returns the default number of threads of a program.
-pub(super) fn usual_threads() -> usize {
+fn usual_threads() -> usize {
     std::thread::available_parallelism().map_or(1, |n| n.get())
 }
 
-/// Returns the standing of drawing on this many threads. More than there are processors are no
-/// mode to choose, and their time is the scheduler's.
-pub(super) fn standing_of(threads: usize, is_default: bool) -> Standing {
-    match is_default {
-        true => Standing::Default,
-        false if threads > usual_threads() => Standing::Comparison,
-        false => Standing::Mode,
+/// Returns the number of threads, of those measured, that a program has by default.
+pub(super) fn default_threads() -> usize {
+    usual_threads().min(MOST_THREADS)
+}
+
+/// Returns the standing of a row of the default width on this many threads. Another number draws
+/// the same picture, and whether it is faster for work of a tenth of a millisecond is up to the
+/// system's scheduler: it is for comparison.
+pub(super) fn standing_of(threads: usize, is_default_width: bool) -> Standing {
+    match threads == default_threads() {
+        false => Standing::Comparison,
+        true if is_default_width => Standing::Default,
+        true => Standing::Mode,
     }
 }
 
@@ -92,8 +98,7 @@ fn ways() -> Vec<(String, RenderPath, Level, usize, Standing)> {
         for threads in 1..=MOST_THREADS {
             let plural = if threads == 1 { "" } else { "s" };
             let name = format!("{} vectors, {threads} thread{plural}", level.as_str());
-            let is_usual = level == Level::best() && threads == usual_threads().min(MOST_THREADS);
-            let standing = standing_of(threads, is_usual);
+            let standing = standing_of(threads, level == Level::best());
             ways.push((name, RenderPath::Fast, level, threads, standing));
         }
     }
@@ -154,4 +159,22 @@ fn rows(effort: &Effort) -> Vec<Row> {
         rows.push(row.timed(timing.clone(), f64::from(case.width) * f64::from(case.height)));
     }
     rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_rows_of_the_default_number_of_threads_can_be_chosen() {
+        let ways = ways();
+        let defaults: Vec<_> = ways.iter().filter(|way| way.4 == Standing::Default).collect();
+        let [(_, RenderPath::Fast, level, threads, _)] = defaults[..] else { panic!("{}", defaults.len()) };
+        assert_eq!((*level, *threads), (Level::best(), default_threads()));
+        for (name, path, level, threads, standing) in &ways {
+            let is_comparison = *path == RenderPath::Fast && *threads != default_threads();
+            assert_eq!(*standing == Standing::Comparison, is_comparison, "{name}");
+            assert_eq!(*standing == Standing::Default, !is_comparison && *level == Level::best(), "{name}");
+        }
+    }
 }

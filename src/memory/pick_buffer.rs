@@ -3,6 +3,7 @@
 //!
 //! Clears are deferred, as those of depths are.
 
+use super::aligned::Aligned;
 use super::pending_clear::PendingClear;
 
 /// Marks a pixel where no face has written depth.
@@ -13,7 +14,7 @@ pub(crate) const NO_FACE: [u32; 2] = [u32::MAX; 2];
 pub struct PickBuffer {
     width: u32,
     height: u32,
-    ids: Vec<[u32; 2]>,
+    ids: Aligned<[u32; 2]>,
     pending_clear: PendingClear,
 }
 
@@ -28,8 +29,11 @@ pub(crate) struct PickCells<'a> {
 
 impl PickBuffer {
     /// Creates a pick buffer of `width` x `height` pixels without any face.
+    ///
+    /// # Panics
+    /// If the system has no memory for it.
     pub fn new(width: u32, height: u32) -> Self {
-        let ids = vec![NO_FACE; width as usize * height as usize];
+        let ids = Aligned::new(width as usize * height as usize, NO_FACE).expect("room for a frame's ids");
         PickBuffer { width, height, ids, pending_clear: PendingClear::new(width, height) }
     }
 
@@ -45,7 +49,7 @@ impl PickBuffer {
 
     /// Returns the size of the buffer in bytes.
     pub fn size_bytes(&self) -> usize {
-        std::mem::size_of_val(self.ids.as_slice())
+        std::mem::size_of_val(&*self.ids)
     }
 
     /// Removes every face.

@@ -21,16 +21,27 @@ impl<'a> DrawCall<'a> {
     /// first, then the polygon's own material, then the draw's; the texture is the polygon's own or
     /// the draw's.
     pub(crate) fn material_of(&self, polygon: &Polygon, side: Facing) -> (&'a Material, Option<&'a Texture>) {
-        let own = match polygon.material {
-            NONE => None,
-            i => self.geometry.mesh.materials.get(i as usize),
-        };
         let texture = self.geometry.textures.get(polygon.material as usize).and_then(|t| t.as_deref());
         let material = match (side, self.back_material) {
             (Facing::Back, Some(back)) => back,
-            _ => own.unwrap_or(self.material),
+            _ => self.own_material(polygon.material),
         };
         (material, texture.or(self.texture))
+    }
+
+    /// Returns the material of line segment `number`: its own, or the draw's.
+    pub(crate) fn material_of_line(&self, number: usize) -> &'a Material {
+        self.own_material(self.geometry.mesh.line_materials.get(number).copied().unwrap_or(NONE))
+    }
+
+    /// Returns the material of point `number`: its own, or the draw's.
+    pub(crate) fn material_of_point(&self, number: usize) -> &'a Material {
+        self.own_material(self.geometry.mesh.point_materials.get(number).copied().unwrap_or(NONE))
+    }
+
+    /// Returns the mesh's material of an index, or the draw's if there is none.
+    fn own_material(&self, index: u32) -> &'a Material {
+        self.geometry.mesh.materials.get(index as usize).unwrap_or(self.material)
     }
 
     /// Returns whether a face with this material and texture can be transparent, vertex colours

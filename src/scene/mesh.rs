@@ -58,6 +58,10 @@ pub struct Mesh {
     pub lines: Vec<[u32; 2]>,
     /// Points, as corner indices.
     pub points: Vec<u32>,
+    /// Material index of each line segment, or `NONE`; empty if all have the draw's material.
+    pub line_materials: Vec<u32>,
+    /// Material index of each point, or `NONE`; empty if all have the draw's material.
+    pub point_materials: Vec<u32>,
     /// Materials that the file names.
     pub materials: Vec<Material>,
 }
@@ -128,6 +132,8 @@ impl Mesh {
         self.triangle_polygon.shrink_to_fit();
         self.lines.shrink_to_fit();
         self.points.shrink_to_fit();
+        self.line_materials.shrink_to_fit();
+        self.point_materials.shrink_to_fit();
         self.materials.shrink_to_fit();
     }
 
@@ -147,6 +153,8 @@ impl Mesh {
             + of(&self.triangle_polygon)
             + of(&self.lines)
             + of(&self.points)
+            + of(&self.line_materials)
+            + of(&self.point_materials)
             + of(&self.materials)
             + self.materials.iter().map(name).sum::<usize>()
     }

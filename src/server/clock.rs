@@ -24,6 +24,11 @@ mod stopped {
         pub fn now() -> Self {
             Instant(Duration::ZERO)
         }
+
+        /// Returns the time since an earlier one; zero if it is later.
+        pub fn duration_since(&self, earlier: Instant) -> Duration {
+            self.0.saturating_sub(earlier.0)
+        }
     }
 
     impl Add<Duration> for Instant {

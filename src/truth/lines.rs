@@ -79,12 +79,16 @@ pub fn line_pixels_of(
             pen.line(ends.map(|c| pen.end(&c, material)), &mut out);
         }
     }
-    let own = &view.object.material;
-    for line in &mesh.lines {
-        pen.line(line.map(|c| pen.end(&mesh.corners[c as usize], own)), &mut out);
+    let material_of = |materials: &[u32], number: usize| {
+        let own = materials.get(number).and_then(|&index| mesh.materials.get(index as usize));
+        own.unwrap_or(&view.object.material)
+    };
+    for (i, line) in mesh.lines.iter().enumerate() {
+        let material = material_of(&mesh.line_materials, i);
+        pen.line(line.map(|c| pen.end(&mesh.corners[c as usize], material)), &mut out);
     }
-    for &point in &mesh.points {
-        let end = pen.end(&mesh.corners[point as usize], own);
+    for (i, &point) in mesh.points.iter().enumerate() {
+        let end = pen.end(&mesh.corners[point as usize], material_of(&mesh.point_materials, i));
         pen.line([end; 2], &mut out);
     }
     out

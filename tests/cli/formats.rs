@@ -19,6 +19,7 @@ fn scenes_are_known_by_their_content_whatever_their_name() {
         ("model.json", include_bytes!("../data/formats/gltf/box.glb")),
         ("scene.txt", include_bytes!("../data/formats/gltf/vertex_colors.gltf")),
         ("triangle", ply.as_bytes()),
+        ("mesh", b"# three points\nv -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n"),
     ] {
         let scene = folder.file(name, bytes);
         for arguments in [

@@ -419,11 +419,13 @@ fn what_a_full_disk_does_not_take_is_a_failure() {
 fn a_mistake_is_answered_with_what_to_do_next() {
     let folder = Folder::new("next");
     let mesh = folder.file("m.obj", "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n");
+    let scene = folder.file("n.json", "{\"dim\": 4, \"objects\": []}\n");
     let stream = folder.file("s.fbs", "SIZE\n");
     let nowhere = folder.path("no.sock");
     let picture = folder.path("o.png");
     for (arguments, status, next) in [
-        (&["play", &mesh, "--headless"][..], 1, format!("fbptr view {mesh}")),
+        (&["play", &mesh, "--headless"][..], 2, "an OBJ model, which `fbptr view`".to_owned()),
+        (&["play", &scene, "--headless"], 1, format!("fbptr view {scene}")),
         (&["send", &stream], 2, format!("fbptr send :1234 {stream}")),
         (&["send", &nowhere, &stream], 1, "fbptr serve".to_owned()),
         (&["snap", &nowhere, &picture], 1, "fbptr serve".to_owned()),

@@ -4,10 +4,12 @@
 //! are compared with the reference.
 
 use fbptr::measure::draw_case;
-use fbptr::scene::{Camera, Corner, Fog, FogKind, HiddenSurface, LightingModel, Mesh, NONE, ShadeMode};
+use fbptr::scene::{Camera, Corner, Fog, FogKind, Geometry, HiddenSurface, LightingModel};
+use fbptr::scene::{Material, Mesh, NONE, ShadeMode};
 use fbptr::truth::scenes::{Case, Random, object, random};
 use fbptr::truth::{compare, render};
 use glam::DVec3;
+use std::sync::Arc;
 
 /// Returns random segments and points with colours, some through the eye plane.
 fn strokes(r: &mut Random, reach: f64) -> Mesh {
@@ -24,6 +26,17 @@ fn strokes(r: &mut Random, reach: f64) -> Mesh {
     mesh
 }
 
+/// Gives lines and points one of three materials each, or the draw's.
+fn give_materials(geometry: &mut Arc<Geometry>, r: &mut Random) {
+    let mesh = &mut Arc::make_mut(geometry).mesh;
+    mesh.materials = vec![Material { kd: DVec3::X, ..Material::default() }; 3];
+    mesh.materials[1] =
+        Material { model: LightingModel::Unlit, emissive: r.point(0.1, 0.9), ..Material::default() };
+    mesh.materials[2].transparency = 0.5;
+    mesh.line_materials = mesh.lines.iter().map(|_| r.pick(&[0, 1, 2, NONE])).collect();
+    mesh.point_materials = mesh.points.iter().map(|_| r.pick(&[0, 1, 2, NONE])).collect();
+}
+
 fn case(seed: u64) -> Case {
     let mut case = random(seed);
     let mut r = Random::new(seed ^ 0xabcd);
@@ -33,6 +46,9 @@ fn case(seed: u64) -> Case {
     own.material.emissive = r.point(0.0, 0.3);
     own.material.model = r.pick(&[LightingModel::Phong, LightingModel::Unlit]);
     own.material.transparency = if r.one_in(4) { 0.3 } else { 0.0 };
+    if r.one_in(3) {
+        give_materials(&mut own.geometry, &mut r);
+    }
     case.scene.objects.insert(r.below(2) as usize, own);
     if r.one_in(3) {
         case.scene.fog = Some(Fog {

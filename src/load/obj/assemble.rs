@@ -65,11 +65,18 @@ pub(super) fn assemble(
             ElementKind::Line => {
                 mesh.corners.extend_from_slice(&corners);
                 mesh.lines.extend(numbers.skip(1).map(|c| [c - 1, c]));
+                mesh.line_materials.resize(mesh.lines.len(), material);
             }
             ElementKind::Points => {
                 mesh.corners.extend_from_slice(&corners);
                 mesh.points.extend(numbers);
+                mesh.point_materials.resize(mesh.points.len(), material);
             }
+        }
+    }
+    for materials in [&mut mesh.line_materials, &mut mesh.point_materials] {
+        if materials.iter().all(|m| *m == NONE) {
+            materials.clear();
         }
     }
     match first == raw.indices.len() {

@@ -86,10 +86,25 @@ fn lines_and_points_stay_what_they_are() {
     let m = mesh(format!("{TRIANGLE}vt 0 0\nl 1/1 2/1 3/1\np 1 3\nl -1 -2\nf 1 2 3"));
     assert_eq!(m.lines, [[0, 1], [1, 2], [5, 6]]);
     assert_eq!(m.points, [3, 4]);
+    assert!(m.line_materials.is_empty() && m.point_materials.is_empty());
     assert_eq!(m.corners[4].position, 2);
     assert_eq!(m.triangles, [[7, 8, 9]]);
     assert_eq!((m.corners[0].texcoord, m.corners[5].texcoord), (0, NONE));
     assert_sound(&m);
+}
+
+#[test]
+fn lines_and_points_have_the_material_in_use() {
+    let statements = "p 1\nusemtl a\nl 1 2 3\nusemtl none\np 1\nusemtl b\nl 2 3\np 1 2\nusemtl a\np 3";
+    let library = "newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 1 0";
+    let loaded =
+        load_with(&format!("mtllib l.mtl\n{TRIANGLE}{statements}"), &[("l.mtl", library.as_bytes())])
+            .unwrap();
+    let m = &loaded.geometry.mesh;
+    assert_eq!(m.materials.iter().map(|m| m.kd).collect::<Vec<_>>(), [DVec3::X, DVec3::Y]);
+    assert_eq!(m.line_materials, [0, 0, 1]);
+    assert_eq!(m.point_materials, [NONE, NONE, 1, 1, 0]);
+    assert_sound(m);
 }
 
 #[test]

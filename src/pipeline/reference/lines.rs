@@ -2,8 +2,8 @@
 //!
 //! A line is clipped by the six planes (notes 000); its ends go to the pixels that contain them,
 //! joined by Bresenham's midpoint line (notes 001), both ends included. The cost is that of the
-//! part on the frame. Lines are not lit: their colour is Ke + Kd (an unlit material's emission),
-//! times vertex colours. Depth is linear on the screen between the ends. A wide line is that line
+//! part on the frame. Lines are not lit: their colour is Ke + Kd of their material (an unlit one's
+//! emission), times vertex colours. Depth is linear on the screen between the ends. A wide line is that line
 //! with each pixel repeated along the minor axis at the same depth. Pattern steps are counted from
 //! the first pixel after clipping, and continue along connected lines.
 //!
@@ -159,8 +159,9 @@ impl PreparedDraw<'_> {
                 pen.step = 0;
             }
             last = Some(to);
-            let ends = [from, to].map(|c| self.line_vertex(&mesh.corners[c as usize], self.call.material));
-            self.draw_line(ends, self.call.material, DepthRule::Strict, &mut pen, target, stats);
+            let material = self.call.material_of_line(i);
+            let ends = [from, to].map(|c| self.line_vertex(&mesh.corners[c as usize], material));
+            self.draw_line(ends, material, DepthRule::Strict, &mut pen, target, stats);
         }
     }
 
@@ -172,13 +173,14 @@ impl PreparedDraw<'_> {
                 return;
             }
             self.preemption.point(target);
-            let v = self.line_vertex(&mesh.corners[c as usize], self.call.material);
+            let material = self.call.material_of_point(i);
+            let v = self.line_vertex(&mesh.corners[c as usize], material);
             if let Some(ClippedLine { ends: [v, _], .. }) = clip_line(v, v) {
                 stats.points_drawn += 1;
                 let [x, y] = self.pixel(v.pos_clip);
                 let w = v.pos_clip.w;
                 let point = LinePixel { x, y, z: v.pos_clip.z / w, complement: v.varyings[0] / w };
-                self.put(point, &v.varyings, self.call.material, DepthRule::Strict, target, stats);
+                self.put(point, &v.varyings, material, DepthRule::Strict, target, stats);
             }
         }
     }

@@ -17,6 +17,7 @@ use crate::scene::{
     TransparencyOrder, Viewport, ViewportRule,
 };
 use crate::server::Session;
+use crate::server::clock::Instant;
 use crate::server::resources::ResourceKind;
 use crate::server::session::DefaultView;
 use glam::{DMat4, DVec3};
@@ -243,14 +244,20 @@ impl Engine {
     /// Runs a draw whose target is reserved, or hands it to the drawing thread if it may take long.
     pub(super) fn draw_now(&mut self, s: &mut Session, drawing: Drawing) -> Result<Progress, Fault> {
         self.explain_drawing(s, &drawing);
-        let drawing = match self.may_suspend && drawing.is_long(self.framebuffer.area()) {
+        let frame = self.framebuffer.area();
+        let is_timed = self.may_suspend && drawing.is_long(frame);
+        let drawing = match is_timed && !self.rendering.draw_times.is_short(&drawing, frame) {
             true => match self.begin_draw_in_pieces(drawing) {
                 Ok(pieces) => return Ok(Progress::Pieces(Box::new(pieces))),
                 Err(drawing) => drawing,
             },
             false => drawing,
         };
+        let begun = is_timed.then(Instant::now);
         let result = drawing.run(&mut self.rendering.renderer, &mut self.framebuffer.target());
+        if let Some(begun) = begun {
+            self.rendering.draw_times.note(&drawing, Instant::now().duration_since(begun));
+        }
         self.framebuffer.count_target();
         if result.is_ok() {
             self.check_abandoned(drawing.verb())?;

@@ -94,6 +94,8 @@ const PIXEL_NS: u64 = 4;
 const PLAIN_PIXEL_NS: u64 = 40;
 const LIGHT_NS: u64 = 4;
 const SKY_NS: u64 = 30;
+/// Estimated nanoseconds of a pixel of a face that is covered, and its depth tested, but not seen.
+const RASTER_NS: f64 = 1.0;
 
 impl fmt::Debug for Drawing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -145,6 +147,25 @@ impl Drawing {
         }
     }
 
+    /// Returns the sum of a figure over the draw's calls, if each has one, and of the estimated
+    /// nanoseconds of what is behind the objects of a scene.
+    pub fn sum_of_calls(
+        &self,
+        frame: u64,
+        figure: &mut dyn FnMut(&Arc<Geometry>, &DrawCall) -> Option<u64>,
+    ) -> Option<u64> {
+        match self {
+            Drawing::Mesh(draw) => figure(&draw.geometry, &draw.call()),
+            Drawing::Scene(draw) => {
+                let SceneDraw { scene, options, .. } = &**draw;
+                scene.objects.iter().try_fold(backdrop_ns(scene, frame), |sum, object| {
+                    let call = DrawCall::of_object(object, scene, options);
+                    Some(figure(&object.geometry, &call)?.saturating_add(sum + OBJECT_NS))
+                })
+            }
+        }
+    }
+
     /// Returns whether the draw may take so long that others should not wait for all of it. `frame`
     /// is the number of pixels of the frame.
     pub fn is_long(&self, frame: u64) -> bool {
@@ -158,7 +179,7 @@ impl Drawing {
             Drawing::Mesh(draw) => draw_ns(&draw.call(), frame),
             Drawing::Scene(draw) => {
                 let SceneDraw { scene, options, .. } = &**draw;
-                let mut sum = if scene.sky.is_some() { frame * SKY_NS } else { frame / 4 };
+                let mut sum = backdrop_ns(scene, frame);
                 for object in &scene.objects {
                     if sum > LONG_NS {
                         break;
@@ -172,22 +193,83 @@ impl Drawing {
     }
 }
 
+/// Estimates the nanoseconds of what is behind the objects of a scene.
+fn backdrop_ns(scene: &Scene, frame: u64) -> u64 {
+    if scene.sky.is_some() { frame * SKY_NS } else { frame / 4 }
+}
+
 /// Estimates the nanoseconds of a draw on one thread, rather too many than too few.
 fn draw_ns(call: &DrawCall, frame: u64) -> u64 {
+    let (items, pixel_ns) = (items_ns(call), pixel_ns(call));
+    if items > LONG_NS {
+        return items;
+    }
+    let most = (LONG_NS / pixel_ns).saturating_add(1);
+    items + covered_pixels(call, frame, most).saturating_mul(pixel_ns)
+}
+
+/// Estimates the nanoseconds of a draw's faces, lines and points beside their pixels.
+fn items_ns(call: &DrawCall) -> u64 {
     let mesh = &call.geometry.mesh;
     let is_ordered = call.hide == HiddenSurface::Painter || call.shade == ShadeMode::Wire;
     let face_ns = if is_ordered { ORDERED_FACE_NS } else { FACE_NS };
     let figures = (mesh.lines.len() + mesh.points.len()) as u64 * ORDERED_FACE_NS;
-    let items = mesh.triangles.len() as u64 * face_ns + mesh.positions.len() as u64 * FACE_NS + figures;
-    if items > LONG_NS {
-        return items;
-    }
+    mesh.triangles.len() as u64 * face_ns + mesh.positions.len() as u64 * FACE_NS + figures
+}
+
+/// Estimates the nanoseconds of a pixel of a draw.
+fn pixel_ns(call: &DrawCall) -> u64 {
     let lights = if call.shade == ShadeMode::Phong { call.lights.len() as u64 } else { 0 };
-    let is_plain =
-        call.shade == ShadeMode::Wire || call.stages.is_some() || call.fill != FillStyle::default();
-    let pixel_ns = if is_plain { PLAIN_PIXEL_NS } else { PIXEL_NS } + LIGHT_NS * lights;
-    let most = (LONG_NS / pixel_ns).saturating_add(1);
-    items + covered_pixels(call, frame, most).saturating_mul(pixel_ns)
+    let pixel = if is_plain(call) { PLAIN_PIXEL_NS } else { PIXEL_NS };
+    pixel + LIGHT_NS * lights
+}
+
+/// Returns whether only the plain path draws a call's faces.
+fn is_plain(call: &DrawCall) -> bool {
+    call.shade == ShadeMode::Wire || call.stages.is_some() || call.fill != FillStyle::default()
+}
+
+/// Returns whether every pixel of a call's faces is shaded once, however many of them cover it:
+/// they are opaque and tested by depth.
+fn is_shaded_once(call: &DrawCall) -> bool {
+    let Geometry { mesh, textures } = call.geometry;
+    let mut materials = mesh.materials.iter().chain(call.back_material).chain([call.material]);
+    let mut textures = textures.iter().filter_map(|t| t.as_deref()).chain(call.texture);
+    call.hide == HiddenSurface::ZBuffer
+        && !is_plain(call)
+        && mesh.colors.is_empty()
+        && materials.all(|m| m.transparency <= 0.0)
+        && !textures.any(Texture::has_alpha)
+}
+
+/// Upper bounds of the pixels that faces cover.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PixelBound {
+    /// Number of pixels, those that several faces cover counted for each.
+    pub covered: f64,
+    /// Number of pixels in the box around all faces.
+    pub seen: f64,
+}
+
+/// Estimates the nanoseconds of a draw on one thread, rather too many than too few, wherever its
+/// faces lie; `pixels` bounds their pixels by the projection from object space and the viewport.
+/// `None` if there is no bound, and for wireframes.
+pub(super) fn bound_ns(
+    call: &DrawCall,
+    frame: u64,
+    pixels: impl FnOnce(&DMat4, [f64; 2]) -> Option<PixelBound>,
+) -> Option<u64> {
+    if call.shade == ShadeMode::Wire {
+        return None;
+    }
+    let view = [call.viewport.width, call.viewport.height].map(f64::from);
+    let camera = call.camera.matrices(view[0].max(1.0) / view[1].max(1.0)).ok()?;
+    let PixelBound { covered, seen } = pixels(&(camera.projection * camera.view * call.model), view)?;
+    let (seen, faces) = (seen.min(frame as f64), call.geometry.mesh.triangles.len() as f64);
+    // A face covers a centre more than its area at most, in the mean.
+    let covered = (covered + faces).min(seen * faces);
+    let shaded = if is_shaded_once(call) { covered.min(seen) } else { covered };
+    Some(items_ns(call).saturating_add((covered * RASTER_NS + shaded * pixel_ns(call) as f64) as u64))
 }
 
 /// Returns an upper bound of the pixels that faces and lines cover, each of them counted by itself;

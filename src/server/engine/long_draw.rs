@@ -95,6 +95,8 @@ struct Ended {
     frame: Frame,
     /// `None` if the draw met a defect.
     result: Option<Result<DrawStats, PipelineError>>,
+    /// Time without that in which the draw waited for the frame.
+    took: Duration,
 }
 
 /// The drawing thread, which ends when this is dropped.
@@ -126,6 +128,7 @@ impl Task {
             events: events.clone(),
             begun: Instant::now(),
             due_ns: AtomicU64::new(0),
+            waited_ns: AtomicU64::new(0),
         });
         renderer.set_preemption(Preemption::by(borrower.clone()));
         let mut frame = Frame::vacant();
@@ -137,8 +140,10 @@ impl Task {
         };
         let result = guard(draw);
         renderer.set_preemption(Preemption::default());
+        let waited = Duration::from_nanos(borrower.waited_ns.load(Relaxed));
+        let took = borrower.begun.elapsed().saturating_sub(waited);
         // If the render thread has gone, nobody needs the result.
-        let _ = events.send(Event::Ended(Box::new(Ended { drawing, renderer, frame, result })));
+        let _ = events.send(Event::Ended(Box::new(Ended { drawing, renderer, frame, result, took })));
     }
 }
 
@@ -149,6 +154,8 @@ struct Borrower {
     begun: Instant,
     /// End of the loan, in nanoseconds since `begun`.
     due_ns: AtomicU64,
+    /// Nanoseconds of waiting for loans.
+    waited_ns: AtomicU64,
 }
 
 impl TargetOwner for Borrower {
@@ -163,11 +170,13 @@ impl TargetOwner for Borrower {
     }
 
     fn acquire(&self, target: &mut Target) {
+        let waits = Instant::now();
         let _ = self.events.send(Event::Wants);
         let Ok(Loan { mut frame, until }) = self.loans.recv() else {
             // The render thread has gone. This ends the draw without a message.
             resume_unwind(Box::new("nobody needs this draw"));
         };
+        self.waited_ns.fetch_add(waits.elapsed().as_nanos() as u64, Relaxed);
         let time = until.saturating_duration_since(self.begun);
         self.due_ns.store(time.as_nanos() as u64, Relaxed);
         frame.swap_with(target);
@@ -295,6 +304,7 @@ impl Engine {
     /// Completes a draw whose frame is back. Returns `true`.
     fn end_long_draw(&mut self, s: &mut Session, ended: Ended) -> Result<bool, Fault> {
         self.take_back(ended.renderer);
+        self.rendering.draw_times.note(&ended.drawing, ended.took);
         let result = ended.result.ok_or_else(|| self.note_defect())?;
         self.end_drawing(s, &ended.drawing, result)?;
         Ok(true)

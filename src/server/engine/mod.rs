@@ -27,6 +27,7 @@ mod draw2d;
 mod draw3d;
 mod draw_log;
 mod draw_queue;
+mod draw_times;
 mod drawing;
 mod empty_draw;
 #[cfg(test)]
@@ -70,6 +71,7 @@ use std::time::Duration;
 use call::{Call, Outcome};
 use draw_log::DrawLog;
 pub(in crate::server) use draw_queue::{MOST_DRAWS, MOST_NS};
+use draw_times::DrawTimes;
 pub(in crate::server) use drawing::Drawing;
 pub(in crate::server) use files::FileReader;
 pub(in crate::server) use job::{Job, JobResult};
@@ -163,6 +165,8 @@ struct Rendering {
     eye_turns: Arc<[Rotation]>,
     /// The thread of long draws, once one was needed.
     draw_thread: Option<DrawThread>,
+    /// Times of the last draws.
+    draw_times: DrawTimes,
     /// Summary of the last draw, in words without blanks.
     plan: String,
     tracing: Option<trace::Tracing>,
@@ -230,6 +234,7 @@ impl Engine {
                 view_overrides: ViewOverrides::default(),
                 eye_turns: Arc::default(),
                 draw_thread: None,
+                draw_times: DrawTimes::default(),
                 plan: String::from("-"),
                 tracing: None,
                 explaining: None,
