@@ -50,6 +50,8 @@ mod stopped {
             let later = start + Duration::from_secs(1);
             assert!(Instant::now() == start && later > start);
             assert!(later + Duration::MAX > later);
+            assert_eq!(later.duration_since(start), Duration::from_secs(1));
+            assert_eq!(start.duration_since(later), Duration::ZERO);
         }
     }
 }

@@ -187,7 +187,13 @@ impl Extent {
 #[cfg(test)]
 mod tests {
     use super::*;
+    #[cfg(feature = "server")]
+    use crate::command::Command;
     use crate::scene::{Camera, LookAt, Projection, shapes};
+    #[cfg(feature = "server")]
+    use crate::server::engine::{Engine, Progress, Request};
+    #[cfg(feature = "server")]
+    use crate::server::{Audience, Budget, Session};
 
     fn knot() -> Geometry {
         Geometry { mesh: shapes::knot(120, 24).unwrap(), textures: Vec::new() }
@@ -232,6 +238,52 @@ mod tests {
     fn a_mesh_around_the_eye_has_no_bound() {
         let extent = Extent::of(&knot()).unwrap();
         assert!(extent.pixels(&seen_from(0.5, Camera::default().projection), [400.0, 300.0]).is_none());
+    }
+
+    /// Runs a command as a stream does, and returns whether it went to the drawing thread.
+    #[cfg(feature = "server")]
+    fn goes_to_its_thread(engine: &mut Engine, session: &mut Session, line: &str) -> bool {
+        let command = Command::parse(line.as_bytes(), None).unwrap();
+        engine.set_may_suspend(true);
+        let mut replies = Vec::new();
+        let mut progress = engine.begin(session, Request::Command(command), &mut replies).unwrap();
+        let mut is_long = false;
+        while let Progress::Pieces(pieces) = progress {
+            is_long = true;
+            progress = engine.run_pieces(session, *pieces, &mut replies, Budget::NONE).unwrap();
+        }
+        assert!(matches!(progress, Progress::Done(_)), "{line}");
+        is_long
+    }
+
+    #[cfg(feature = "server")]
+    #[test]
+    fn a_draw_goes_to_the_drawing_thread_until_one_like_it_was_short() {
+        let (mut engine, mut session) = (Engine::new(320, 240).unwrap(), Session::new(1, Audience::Owner));
+        let knot = Command::parse(b"MESH m KNOT 40 20", None).unwrap();
+        let _ = engine.run(&mut session, knot, &mut Vec::new()).unwrap();
+        let mut pictures = Vec::new();
+        let mut draw_after = |ns: u64, setting: &str| {
+            // What a draw takes here says nothing: each time is set.
+            engine.rendering.draw_times.times.iter_mut().for_each(|(.., last)| *last = ns);
+            for line in [setting, "CLEAR"] {
+                goes_to_its_thread(&mut engine, &mut session, line);
+            }
+            let is_long = goes_to_its_thread(&mut engine, &mut session, "DRAW m");
+            pictures.push(engine.memory().bytes().to_vec());
+            is_long
+        };
+        let same = "SHADE phong";
+        assert!(draw_after(0, same), "the first draw");
+        assert!(!draw_after(LONG_NS, same));
+        assert!(draw_after(LONG_NS + 1, same));
+        assert!(draw_after(0, "SHADE flat"), "of another mode");
+        assert!(!draw_after(0, "SHADE flat"));
+        assert!(draw_after(0, "LOOKAT 0 0 0.5 0 0 0 0 1 0"), "from within");
+        assert!(!draw_after(0, "LOOKAT 0 0 5 0 0 0 0 1 0"));
+        assert!(draw_after(0, "SCALE 100000 100000 1"), "whose faces are large");
+        assert!(pictures[0] == pictures[1] && pictures[1] == pictures[2] && pictures[0] != pictures[3]);
+        assert!(pictures[3] == pictures[4]);
     }
 
     #[test]
