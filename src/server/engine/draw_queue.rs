@@ -12,7 +12,7 @@
 
 use super::drawing::{Drawing, LONG_NS};
 use super::{Effect, Engine, Progress, Request};
-use crate::command::{Command, Quality};
+use crate::command::Command;
 use crate::error::Fault;
 use crate::pipeline::{DrawCall, DrawStats};
 use crate::scene::Geometry;
@@ -80,7 +80,6 @@ impl Engine {
             && rendering.explaining.is_none()
             && rendering.draw_log.is_none()
             && s.surfaces.are_plain()
-            && s.quality == Quality::Exact
             && s.lights.len() <= MOST_LIGHTS
             && !s.closes_on_error()
             && !self.wants_contents()
