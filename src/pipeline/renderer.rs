@@ -271,6 +271,11 @@ impl Renderer {
         Ok(stats)
     }
 
+    /// Returns whether the facts about a geometry are cached.
+    pub(crate) fn is_cached(&self, geometry: &Arc<Geometry>) -> bool {
+        self.cache.get(geometry).is_some()
+    }
+
     /// Returns the cached facts about a draw's geometry.
     fn geometry_info(&mut self, call: &DrawCall) -> Arc<GeometryInfo> {
         match shared(call) {

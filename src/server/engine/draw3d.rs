@@ -6,7 +6,7 @@
 use super::drawing::{Drawing, MeshDraw, SceneDraw};
 use super::empty_draw;
 use super::scene_request::SceneRequest;
-use super::{Effect, Engine, Job, JobResult, Progress, default_view};
+use super::{Effect, Engine, Job, JobResult, Progress, Rendering, default_view};
 use crate::command::{Command, LightCommand, Rect};
 use crate::error::{Code, Fault};
 use crate::math::matrix;
@@ -246,7 +246,8 @@ impl Engine {
         self.explain_drawing(s, &drawing);
         let frame = self.framebuffer.area();
         let is_timed = self.may_suspend && drawing.is_long(frame);
-        let drawing = match is_timed && !self.rendering.draw_times.is_short(&drawing, frame) {
+        let Rendering { draw_times, renderer, .. } = &mut self.rendering;
+        let drawing = match is_timed && !draw_times.is_short(&drawing, frame, renderer) {
             true => match self.begin_draw_in_pieces(drawing) {
                 Ok(pieces) => return Ok(Progress::Pieces(Box::new(pieces))),
                 Err(drawing) => drawing,

@@ -13,6 +13,7 @@
 //! eye's plane has no bound. The times decide only who draws: the bytes are the same.
 
 use super::drawing::{Drawing, LONG_NS, PixelBound, bound_ns};
+use crate::pipeline::Renderer;
 use crate::scene::{Cull, Geometry, HiddenSurface, ShadeMode};
 use glam::{DMat4, DVec3};
 use std::sync::{Arc, Weak};
@@ -46,13 +47,13 @@ pub(super) struct DrawTimes {
 }
 
 impl DrawTimes {
-    /// Returns whether a draw is short by the last one like it. `frame` is the number of pixels of
-    /// the frame.
-    pub fn is_short(&mut self, drawing: &Drawing, frame: u64) -> bool {
+    /// Returns whether a draw by `renderer` is short by the last one like it. `frame` is the number
+    /// of pixels of the frame.
+    pub fn is_short(&mut self, drawing: &Drawing, frame: u64, renderer: &Renderer) -> bool {
         let Some((first, modes)) = key_of(drawing) else { return false };
         let was_short =
             self.times.iter().any(|(of, m, ns)| is_of(of, first) && *m == modes && *ns <= LONG_NS);
-        was_short && self.bound_ns(drawing, frame).is_some_and(|ns| ns <= MOST_NS)
+        was_short && self.bound_ns(drawing, frame, renderer).is_some_and(|ns| ns <= MOST_NS)
     }
 
     /// Notes what a draw took.
@@ -65,9 +66,13 @@ impl DrawTimes {
         }
     }
 
-    /// Returns an upper bound of the nanoseconds of a draw, if there is one.
-    fn bound_ns(&mut self, drawing: &Drawing, frame: u64) -> Option<u64> {
+    /// Returns an upper bound of the nanoseconds of a draw, if there is one. Preparing a geometry
+    /// takes longer than many draws, so there is none for one that is not prepared.
+    fn bound_ns(&mut self, drawing: &Drawing, frame: u64, renderer: &Renderer) -> Option<u64> {
         drawing.sum_of_calls(frame, &mut |geometry, call| {
+            if !renderer.is_cached(geometry) {
+                return None;
+            }
             let extent = self.extent_of(geometry)?;
             bound_ns(call, frame, |to_clip, view| extent.pixels(to_clip, view))
         })
@@ -163,7 +168,7 @@ impl Extent {
         for corner in 0..8 {
             let side = |axis: usize| if corner >> axis & 1 == 0 { self.low[axis] } else { self.high[axis] };
             let clip = *to_clip * DVec3::new(side(0), side(1), side(2)).extend(1.0);
-            if !(clip.w > 0.0) {
+            if !clip.is_finite() || clip.w <= 0.0 {
                 return None;
             }
             nearest = nearest.min(clip.w);

@@ -269,7 +269,19 @@ pub(super) fn bound_ns(
     // A face covers a centre more than its area at most, in the mean.
     let covered = (covered + faces).min(seen * faces);
     let shaded = if is_shaded_once(call) { covered.min(seen) } else { covered };
-    Some(items_ns(call).saturating_add((covered * RASTER_NS + shaded * pixel_ns(call) as f64) as u64))
+    let pixels_ns = (covered * RASTER_NS + shaded * pixel_ns(call) as f64) as u64;
+    Some(items_ns(call).saturating_add(lit_items_ns(call)).saturating_add(pixels_ns))
+}
+
+/// Estimates the nanoseconds of the light of a draw's vertices or faces.
+fn lit_items_ns(call: &DrawCall) -> u64 {
+    let mesh = &call.geometry.mesh;
+    let items = match call.shade {
+        ShadeMode::Gouraud => mesh.positions.len().max(mesh.normals.len()),
+        ShadeMode::Flat => mesh.polygons.len(),
+        ShadeMode::Phong | ShadeMode::Wire => 0,
+    };
+    (items as u64).saturating_mul(LIGHT_NS * call.lights.len() as u64)
 }
 
 /// Returns an upper bound of the pixels that faces and lines cover, each of them counted by itself;
