@@ -7,13 +7,14 @@
 In: meshes and X3D files below the folder tests/data, and scenes that are made here. Out: a Markdown table, and a
 summary. Ends with status 1 where a picture is further from the exact one than its E.
 
-For each scene one connection to a server of its own (640x480, one thread or --threads) draws it exactly and within each E in turns,
-as a program's stream does: CLEAR, then DRAW or DRAWSCENE. A time is that of a run of frames up to the answer to a SYNC;
-a cell is the median of the rounds' ratios, exact over E: 1.00 means no gain, and an E whose settings are exact is
-timed like the others, so that its cell shows the noise. "Choosing" is the time by which the second draw of a new mesh,
-which measures it, exceeds the third, in exact frames: the most over all E, each a median. The error is the 99.9th
-percentile over the pixels drawn on of the whole picture against the exact one; the share is that of the pixels over E.
-What was chosen is read from the plans of `fbptr play --explain`: shading mode, and under Phong the number of lights.
+For each scene one connection to a server of its own (640x480, one thread or --threads) draws it exactly and within
+each E in turns, as a program's stream does: CLEAR, then DRAW or DRAWSCENE. A time is that of a run of frames up to
+the answer to a SYNC; a cell is the median of the rounds' ratios, exact over E: 1.00 means no gain, and an E whose
+settings are exact is timed like the others, so that its cell shows the noise. "Choosing" is the time by which the
+second draw of a new mesh, which measures it, exceeds the third, in exact frames: the most over all E, each a median.
+The error is the 99.9th percentile over the pixels drawn on of the whole picture against the exact one; the share is
+that of the pixels over E. What was chosen is read from the plans of `fbptr play --explain`: shading mode, and under
+Phong the number of lights.
 """
 
 import argparse

@@ -10,11 +10,11 @@ pub fn markdown(report: &Report, machine: &str) -> String {
     let _ = writeln!(out, "{machine}\n");
     out.push_str(
         "Errors are against the truth that each table names, and the same on every machine; times are of this one. **Bold**: \
-         the default, drawn as programs get it. Rows `for comparison` are no mode of the program, or other numbers of threads. `*`: on the Pareto front, \
-         plainly faster than every mode of less error, while no mode of equal error is plainly faster. Times are medians, \
-         with the first and third quartile of their samples in brackets. The alternatives of a subject are timed in turns and \
-         compared round by round; plainly faster means at least 10 % in the median round, and faster at all in three rounds \
-         of four. A row outside its bound shows no time.\n",
+         the default, drawn as programs get it. Rows `for comparison` are no mode of the program, or other numbers of threads. \
+         `*`: on the Pareto front, plainly faster than every mode of less error, while no mode of equal error is plainly faster. \
+         Times are medians, with the first and third quartile of their samples in brackets. The alternatives of a subject are \
+         timed in turns and compared round by round; plainly faster means at least 10 % in the median round, and faster at all in \
+         three rounds of four. A row outside its bound shows no time.\n",
     );
     if let Some(unrest) = report.unrest() {
         let _ = writeln!(out, "\n{unrest}");

@@ -3,9 +3,9 @@
 //! A line is clipped by the six planes (notes 000); its ends go to the pixels that contain them,
 //! joined by Bresenham's midpoint line (notes 001), both ends included. The cost is that of the
 //! part on the frame. Lines are not lit: their colour is Ke + Kd of their material (an unlit one's
-//! emission), times vertex colours. Depth is linear on the screen between the ends. A wide line is that line
-//! with each pixel repeated along the minor axis at the same depth. Pattern steps are counted from
-//! the first pixel after clipping, and continue along connected lines.
+//! emission), times vertex colours. Depth is linear on the screen between the ends. A wide line is
+//! that line with each pixel repeated along the minor axis at the same depth. Pattern steps are
+//! counted from the first pixel after clipping, and continue along connected lines.
 //!
 //! SHADE wire draws each polygon edge once, from the lower position index, if CULL leaves one of
 //! its polygons. Under HIDE zbuffer hidden lines are removed by depth: the faces are first drawn
