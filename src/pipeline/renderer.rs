@@ -272,6 +272,7 @@ impl Renderer {
     }
 
     /// Returns whether the facts about a geometry are cached.
+    #[cfg(feature = "engine")]
     pub(crate) fn is_cached(&self, geometry: &Arc<Geometry>) -> bool {
         self.cache.get(geometry).is_some()
     }

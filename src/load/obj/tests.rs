@@ -98,8 +98,7 @@ fn lines_and_points_have_the_material_in_use() {
     let statements = "p 1\nusemtl a\nl 1 2 3\nusemtl none\np 1\nusemtl b\nl 2 3\np 1 2\nusemtl a\np 3";
     let library = "newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 1 0";
     let loaded =
-        load_with(&format!("mtllib l.mtl\n{TRIANGLE}{statements}"), &[("l.mtl", library.as_bytes())])
-            .unwrap();
+        load_with(format!("mtllib l.mtl\n{TRIANGLE}{statements}"), &[("l.mtl", library.as_bytes())]).unwrap();
     let m = &loaded.geometry.mesh;
     assert_eq!(m.materials.iter().map(|m| m.kd).collect::<Vec<_>>(), [DVec3::X, DVec3::Y]);
     assert_eq!(m.line_materials, [0, 0, 1]);
