@@ -2,6 +2,8 @@
 
 use super::draw_call::PipelineError;
 use super::indexed_mesh::{FaceTable, IndexedMesh};
+#[cfg(feature = "engine")]
+use super::mesh_extent::MeshExtent;
 use super::normals::{Normals, polygon_normal};
 use super::occlusion_history::OcclusionHistory;
 use crate::cancel::CancelToken;
@@ -49,6 +51,9 @@ pub(crate) struct GeometryInfo {
     faces: OnceLock<FaceTable>,
     /// True if the faces bound a convex body; empty until the planner asks.
     pub convex_body: OnceLock<bool>,
+    /// Extent of the faces; empty until the estimate of a draw asks.
+    #[cfg(feature = "engine")]
+    pub extent: OnceLock<MeshExtent>,
     /// Token that ends the computation of normals, tables and indexed meshes early; a result is
     /// then empty or incomplete.
     cancel: CancelToken,
@@ -84,6 +89,8 @@ impl GeometryInfo {
             lit: OnceLock::new(),
             faces: OnceLock::new(),
             convex_body: OnceLock::new(),
+            #[cfg(feature = "engine")]
+            extent: OnceLock::new(),
             cancel,
             held: Mutex::new(None),
             occlusion: OcclusionHistory::default(),

@@ -27,6 +27,8 @@ mod geometry_cache;
 mod indexed_mesh;
 mod light;
 mod materials;
+#[cfg(feature = "engine")]
+mod mesh_extent;
 mod normals;
 mod occlusion_history;
 mod ordered;
@@ -61,6 +63,8 @@ pub use draw_call::{
     CoarseDepth, DepthUse, DrawCall, DrawStats, PathCounts, PipelineError, RenderPath, SceneOptions, Target,
 };
 pub use empty_draw::{EmptyDraw, is_dark};
+#[cfg(feature = "engine")]
+pub(crate) use mesh_extent::CoverageBound;
 pub(crate) use normals::polygon_normal;
 pub use plan::{Part, Plan, PlanItem, Title};
 pub use preemption::{Preemption, TargetOwner};

@@ -14,6 +14,8 @@ use super::draw_call::{
     Backend, CoarseDepth, DrawCall, DrawStats, PathCounts, PipelineError, RenderPath, SceneOptions, Target,
 };
 use super::geometry_cache::GeometryInfo;
+#[cfg(feature = "engine")]
+use super::mesh_extent::MeshExtent;
 use super::ordered::draw_in_order;
 use super::path_plan::{add_path, plan_draw_for};
 use super::plan::{Part, Plan};
@@ -271,10 +273,13 @@ impl Renderer {
         Ok(stats)
     }
 
-    /// Returns whether the facts about a geometry are cached.
+    /// Returns the extent of a geometry that a draw has prepared; `None` for another, and for one
+    /// whose draws are refused.
     #[cfg(feature = "engine")]
-    pub(crate) fn is_cached(&self, geometry: &Arc<Geometry>) -> bool {
-        self.cache.get(geometry).is_some()
+    pub(crate) fn extent_of(&self, geometry: &Arc<Geometry>) -> Option<MeshExtent> {
+        let info = self.cache.get(geometry).filter(|info| info.checked.is_ok())?;
+        let (low, high) = info.bounds?;
+        Some(*info.extent.get_or_init(|| MeshExtent::of(&geometry.mesh, [low, high])))
     }
 
     /// Returns the cached facts about a draw's geometry.

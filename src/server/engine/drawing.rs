@@ -8,7 +8,7 @@
 
 use crate::command::Command;
 use crate::memory::Reservation;
-use crate::pipeline::{DrawCall, DrawStats, PipelineError, Renderer, SceneOptions, Target};
+use crate::pipeline::{CoverageBound, DrawCall, DrawStats, PipelineError, Renderer, SceneOptions, Target};
 use crate::scene::{
     Camera, Cull, FillStyle, Geometry, HiddenSurface, Interpolation, Light, Material, Sampling, Scene,
     ShadeMode, Texture, Viewport,
@@ -160,7 +160,7 @@ impl Drawing {
                 let SceneDraw { scene, options, .. } = &**draw;
                 scene.objects.iter().try_fold(backdrop_ns(scene, frame), |sum, object| {
                     let call = DrawCall::of_object(object, scene, options);
-                    Some(figure(&object.geometry, &call)?.saturating_add(sum + OBJECT_NS))
+                    Some(figure(&object.geometry, &call)?.saturating_add(sum).saturating_add(OBJECT_NS))
                 })
             }
         }
@@ -242,33 +242,24 @@ fn is_shaded_once(call: &DrawCall) -> bool {
         && !textures.any(Texture::has_alpha)
 }
 
-/// Upper bounds of the pixels that faces cover.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PixelBound {
-    /// Number of pixels, those that several faces cover counted for each.
-    pub covered: f64,
-    /// Number of pixels in the box around all faces.
-    pub seen: f64,
-}
-
 /// Estimates the nanoseconds of a draw on one thread, rather too many than too few, wherever its
 /// faces lie; `pixels` bounds their pixels by the projection from object space and the viewport.
 /// `None` if there is no bound, and for wireframes.
 pub(super) fn bound_ns(
     call: &DrawCall,
     frame: u64,
-    pixels: impl FnOnce(&DMat4, [f64; 2]) -> Option<PixelBound>,
+    pixels: impl FnOnce(&DMat4, [f64; 2]) -> Option<CoverageBound>,
 ) -> Option<u64> {
     if call.shade == ShadeMode::Wire {
         return None;
     }
     let view = [call.viewport.width, call.viewport.height].map(f64::from);
     let camera = call.camera.matrices(view[0].max(1.0) / view[1].max(1.0)).ok()?;
-    let PixelBound { covered, seen } = pixels(&(camera.projection * camera.view * call.model), view)?;
-    let (seen, faces) = (seen.min(frame as f64), call.geometry.mesh.triangles.len() as f64);
+    let CoverageBound { covered, boxed } = pixels(&(camera.projection * camera.view * call.model), view)?;
+    let (boxed, faces) = (boxed.min(frame as f64), call.geometry.mesh.triangles.len() as f64);
     // A face covers a centre more than its area at most, in the mean.
-    let covered = (covered + faces).min(seen * faces);
-    let shaded = if is_shaded_once(call) { covered.min(seen) } else { covered };
+    let covered = (covered + faces).min(boxed * faces);
+    let shaded = if is_shaded_once(call) { covered.min(boxed) } else { covered };
     let pixels_ns = (covered * RASTER_NS + shaded * pixel_ns(call) as f64) as u64;
     Some(items_ns(call).saturating_add(lit_items_ns(call)).saturating_add(pixels_ns))
 }

@@ -95,7 +95,7 @@ struct Ended {
     frame: Frame,
     /// `None` if the draw met a defect.
     result: Option<Result<DrawStats, PipelineError>>,
-    /// Time without that in which the draw waited for the frame.
+    /// Time of the draw, without that for which it waited for the frame.
     took: Duration,
 }
 
@@ -154,7 +154,7 @@ struct Borrower {
     begun: Instant,
     /// End of the loan, in nanoseconds since `begun`.
     due_ns: AtomicU64,
-    /// Nanoseconds of waiting for loans.
+    /// Nanoseconds for which the draw waited for the frame.
     waited_ns: AtomicU64,
 }
 

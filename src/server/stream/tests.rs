@@ -237,6 +237,31 @@ fn a_stream_rests_when_its_budget_is_used_up() {
     assert_eq!(engine.frames(), 1);
 }
 
+#[test]
+fn small_draws_within_an_error_are_the_same_on_any_number_of_threads() {
+    let script = |quality: &str| {
+        let mut script = "LOOKAT 3 3 4 0 0 0 0 1 0\nPERSPECTIVE 0.6 1 9\nMESH m BOX\n".to_owned();
+        script += "LIGHT 0 DIR 0 -1 -1 1 1 1\n";
+        (1..8).for_each(|i| script += &format!("LIGHT {i} DIR 0 -1 -1 0.01 0.01 0.01\n"));
+        script += &format!("QUALITY {quality}\n");
+        for frame in 0..3 {
+            script += "CLEAR\n";
+            for i in 0..9 {
+                let [x, y] = [i % 3 - 1, i / 3 - 1];
+                script += &format!("IDENTITY\nTRANSLATE {x} {y} 0\nROTATE 1 1 0 {frame}\nDRAW m\n");
+            }
+            script += "CRC\n";
+        }
+        script
+    };
+    let within = script("max-error 30");
+    let alone = replies_of(&within, 1, usize::MAX, Pace::Free);
+    for threads in [2, 3] {
+        assert_eq!(replies_of(&within, threads, usize::MAX, Pace::Free), alone, "{threads} threads");
+    }
+    assert_ne!(alone, replies_of(&script("exact"), 1, usize::MAX, Pace::Free));
+}
+
 /// Returns an OBJ file with these corners and one face of all of them.
 fn obj(corners: &[[f64; 3]]) -> String {
     let lines = corners.iter().map(|[x, y, z]| format!("v {x:e} {y:e} {z:e}\n"));

@@ -100,7 +100,7 @@ pub const PIPELINE: Edges = &[
     ("preemption", &["draw_call"]),
     ("backdrop", &["draw_call", "preemption", "viewport"]),
     ("occlusion_history", &["draw_call"]),
-    ("geometry_cache", &["draw_call", "indexed_mesh", "normals", "occlusion_history"]),
+    ("geometry_cache", &["draw_call", "indexed_mesh", "mesh_extent", "normals", "occlusion_history"]),
     ("empty_draw", &["draw_call"]),
     ("planner", &["draw_call", "geometry_cache", "light", "plan", "vertex", "working"]),
     (
@@ -227,6 +227,7 @@ pub const PIPELINE: Edges = &[
             "draw_call",
             "geometry_cache",
             "light",
+            "mesh_extent",
             "ordered",
             "path_plan",
             "plan",
