@@ -1,6 +1,6 @@
 //! Proven bounds on the colour error of cheaper settings, for any camera.
 //!
-//! In: the angles between a mesh's normals, measured once; an object with its lights. Out: bounds in
+//! In: the angles between a mesh's normals, measured once; a draw with its lights. Out: bounds in
 //! units of colour (1 is 255 steps), or none where nothing is proven.
 //!
 //! With N the interpolated unit normal of a point, L the unit vector to a light of strength I:
@@ -21,9 +21,10 @@
 
 use crate::cancel::NEVER;
 use crate::math::matrix::unit;
+use crate::pipeline::draw_call::DrawCall;
 use crate::pipeline::normals::{Normals, polygon_normal};
 use crate::scene::{Attenuation, Cull, FillStyle, Light, LightKind, LightingModel, Material};
-use crate::scene::{Mesh, Object, Scene, ShadeMode};
+use crate::scene::{Geometry, Mesh, ShadeMode, Texture};
 use glam::{DMat3, DVec3, DVec4};
 
 /// Box of a mesh in object space.
@@ -106,35 +107,39 @@ impl MeshAngles {
     }
 }
 
-/// An object whose shading may be bounded: its shape in the world.
-pub(super) struct ShadedObject<'a> {
-    object: &'a Object,
+/// A draw whose shading may be bounded: its mesh's shape in the world.
+pub(super) struct ShadedObject<'c> {
+    call: &'c DrawCall<'c>,
     mesh_box: MeshBox,
     angles: Option<MeshAngles>,
     /// Factor from object to world lengths.
     scale: f64,
-    materials: Vec<&'a Material>,
+    materials: Vec<&'c Material>,
 }
 
-impl<'a> ShadedObject<'a> {
-    /// Returns the object if its cheaper settings can be bounded: opaque, drawn by the tile renderer
+impl<'c> ShadedObject<'c> {
+    /// Returns the draw if its cheaper settings can be bounded: opaque, drawn by the tile renderer
     /// under every shading mode, with a model that keeps angles. Without angles no other shading mode is.
-    pub fn of(object: &'a Object, mesh_box: MeshBox, angles: Option<MeshAngles>) -> Option<ShadedObject<'a>> {
-        let scale = similarity(DMat3::from_mat4(object.model))?;
-        let is_plain = object.back_material.is_none()
-            && (!object.two_sided_lighting || object.cull == Cull::Back)
-            && object.style.stages.is_none()
-            && object.style.fill == FillStyle::default();
-        let mesh = &object.geometry.mesh;
-        let materials: Vec<&Material> = mesh.materials.iter().chain([&object.material]).collect();
+    pub fn of(
+        call: &'c DrawCall<'c>,
+        mesh_box: MeshBox,
+        angles: Option<MeshAngles>,
+    ) -> Option<ShadedObject<'c>> {
+        let scale = similarity(DMat3::from_mat4(call.model))?;
+        let is_plain = call.back_material.is_none()
+            && (!call.two_sided_lighting || call.cull == Cull::Back)
+            && call.stages.is_none()
+            && call.fill == FillStyle::default();
+        let Geometry { mesh, textures } = call.geometry;
+        let materials: Vec<&Material> = mesh.materials.iter().chain([call.material]).collect();
         let is_known = |m: &&Material| {
             [m.ka, m.kd, m.ks].iter().all(|c| c.is_finite() && c.min_element() >= 0.0)
                 && m.transparency <= 0.0
         };
-        let textures = object.geometry.textures.iter().flatten().chain(object.texture.iter().map(|t| &t.0));
-        let is_opaque = mesh_box.has_plain_colors && !textures.into_iter().any(|t| t.has_alpha());
+        let mut textures = textures.iter().filter_map(|t| t.as_deref()).chain(call.texture);
+        let is_opaque = mesh_box.has_plain_colors && !textures.any(Texture::has_alpha);
         (is_plain && is_opaque && materials.iter().all(is_known)).then_some(ShadedObject {
-            object,
+            call,
             mesh_box,
             angles,
             scale,
@@ -142,21 +147,22 @@ impl<'a> ShadedObject<'a> {
         })
     }
 
-    /// Returns the object.
-    pub fn object(&self) -> &'a Object {
-        self.object
+    /// Returns the draw.
+    pub fn call(&self) -> &'c DrawCall<'c> {
+        self.call
     }
 
-    /// Returns a bound on the colour error of drawing the object in `shade` in place of `own`, under
+    /// Returns a bound on the colour error of drawing in `shade` in place of the draw's own mode, under
     /// these lights; `None` where nothing is proven.
-    pub fn of_shade(&self, own: ShadeMode, shade: ShadeMode, scene: &Scene, lights: &[u32]) -> Option<f64> {
+    pub fn of_shade(&self, shade: ShadeMode, lights: &[u32]) -> Option<f64> {
+        let own = self.call.shade;
         if shade == own {
             return Some(0.0);
         }
         let angles = self.angles.filter(|_| own == ShadeMode::Phong)?;
         let mut error = 0.0;
         for light in lights {
-            let light = scene.lights.get(*light as usize)?;
+            let light = self.call.lights.get(*light as usize)?;
             if light.color == DVec3::ZERO {
                 continue;
             }
@@ -174,7 +180,7 @@ impl<'a> ShadedObject<'a> {
     fn change_of(&self, angles: MeshAngles, shade: ShadeMode, turn: f64) -> Option<f64> {
         // Cosines of equal unit normals are rounded.
         let angle = |cos: f64| if cos >= 1.0 - 1e-12 { 0.0 } else { libm::acos(cos.clamp(-1.0, 1.0)) };
-        let has_colors = !self.object.geometry.mesh.colors.is_empty();
+        let has_colors = !self.call.geometry.mesh.colors.is_empty();
         match shade {
             ShadeMode::Flat => {
                 let angle = angle(angles.face_cos);
@@ -216,7 +222,7 @@ impl<'a> ShadedObject<'a> {
     /// Returns a lower bound on the distance of the object from a point of the world.
     fn distance(&self, point: DVec3) -> Option<f64> {
         let [low, high] = self.mesh_box.bounds;
-        let inside = self.object.model.inverse().transform_point3(point);
+        let inside = self.call.model.inverse().transform_point3(point);
         let distance = (inside - inside.clamp(low, high)).length() * self.scale;
         distance.is_finite().then_some(distance)
     }
@@ -263,6 +269,12 @@ fn similarity(m: DMat3) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::scene::shapes;
+    use crate::truth::scenes::object;
+
+    /// Returns the draw of an object.
+    fn call_of(object: &crate::scene::Object) -> DrawCall<'_> {
+        DrawCall::new(&object.geometry, &object.material, 64, 48)
+    }
 
     #[test]
     fn a_box_has_one_normal_a_face_and_a_sphere_has_not() {
@@ -303,8 +315,9 @@ mod tests {
                 spread_cos: c[0].dot(c[1]).min(c[1].dot(c[2])).min(c[2].dot(c[0])),
                 extent: 0.0,
             };
-            let object = crate::truth::scenes::object("o", Mesh::default());
-            let shaded = ShadedObject::of(&object, MeshBox::of(&Mesh::default()), Some(angles)).unwrap();
+            let object = object("o", Mesh::default());
+            let call = call_of(&object);
+            let shaded = ShadedObject::of(&call, MeshBox::of(&Mesh::default()), Some(angles)).unwrap();
             for (i, shade) in [ShadeMode::Flat, ShadeMode::Gouraud].into_iter().enumerate() {
                 let bound = shaded.change_of(angles, shade, 0.0).unwrap();
                 assert!(errors[i] <= bound + 1e-12, "{shade:?}: {} > {bound}", errors[i]);
@@ -316,8 +329,9 @@ mod tests {
 
     #[test]
     fn a_light_out_of_reach_reflects_nothing() {
-        let object = crate::truth::scenes::object("o", shapes::cuboid(DVec3::ONE).unwrap());
-        let shaded = ShadedObject::of(&object, MeshBox::of(&object.geometry.mesh), None).unwrap();
+        let object = object("o", shapes::cuboid(DVec3::ONE).unwrap());
+        let call = call_of(&object);
+        let shaded = ShadedObject::of(&call, MeshBox::of(&object.geometry.mesh), None).unwrap();
         let mut light = Light::point(DVec3::new(10.0, 0.0, 0.0), DVec3::ONE);
         assert_eq!(shaded.of_light(&light), Some(object.material.kd.max_element()));
         let LightKind::Point { attenuation, radius, .. } = &mut light.kind else { unreachable!() };
@@ -357,8 +371,9 @@ mod tests {
         // a colour is 1.
         let angles = MeshAngles { face_cos: 1.0, spread_cos: libm::cos(0.2), extent: 0.0 };
         let change = |mesh: Mesh| {
-            let object = crate::truth::scenes::object("o", mesh);
-            let shaded = ShadedObject::of(&object, MeshBox::of(&Mesh::default()), Some(angles)).unwrap();
+            let object = object("o", mesh);
+            let call = call_of(&object);
+            let shaded = ShadedObject::of(&call, MeshBox::of(&Mesh::default()), Some(angles)).unwrap();
             shaded.change_of(angles, ShadeMode::Gouraud, 0.1).unwrap()
         };
         let colored = change(Mesh { colors: vec![DVec4::ONE], ..Mesh::default() });
@@ -375,9 +390,10 @@ mod tests {
             ..Material::default()
         };
         mesh.materials = vec![material(0.25, [0.5, 0.25, 0.0], 0.125)];
-        let mut object = crate::truth::scenes::object("o", mesh);
+        let mut object = object("o", mesh);
         object.material = material(0.0, [0.0, 0.125, 0.25], 0.0);
-        let shaded = ShadedObject::of(&object, MeshBox::of(&object.geometry.mesh), None).unwrap();
+        let call = call_of(&object);
+        let shaded = ShadedObject::of(&call, MeshBox::of(&object.geometry.mesh), None).unwrap();
         let mut light = Light::directional(DVec3::Z, DVec3::new(1.0, 4.0, 0.0));
         light.ambient = DVec3::splat(0.5);
         // Green: 0.25 * 0.5 + (0.25 + 0.125) * 4.

@@ -4,7 +4,8 @@
 //! and vector width. Its figures are measured: docs/notes/error-budget.md has the machine, the
 //! command and the frames that they come from. One unit is a nanosecond of that machine.
 
-use crate::scene::{Filter, LightKind, LightingModel, Object, Scene, ShadeMode};
+use crate::pipeline::draw_call::DrawCall;
+use crate::scene::{Filter, Light, LightKind, LightingModel, ShadeMode};
 use glam::{DMat4, DVec3, DVec4};
 
 /// Covered pixel without light: clear, coverage, depth and a constant colour.
@@ -64,9 +65,9 @@ impl Cost {
     }
 }
 
-/// Numbers that the costs of one object are computed from.
+/// Numbers that the costs of one draw are computed from.
 pub(super) struct ObjectCosts<'a> {
-    scene: &'a Scene,
+    lights: &'a [Light],
     pixels: f64,
     faces: f64,
     vertices: f64,
@@ -77,25 +78,25 @@ pub(super) struct ObjectCosts<'a> {
 }
 
 impl<'a> ObjectCosts<'a> {
-    /// Creates the costs of an object that covers `pixels` pixels.
-    pub fn of(object: &Object, scene: &'a Scene, pixels: f64) -> ObjectCosts<'a> {
-        let mesh = &object.geometry.mesh;
-        let mut materials = mesh.materials.iter().chain([&object.material]);
+    /// Creates the costs of a draw that covers `pixels` pixels.
+    pub fn of(call: &DrawCall<'a>, pixels: f64) -> ObjectCosts<'a> {
+        let mesh = &call.geometry.mesh;
+        let mut materials = mesh.materials.iter().chain([call.material]);
         ObjectCosts {
-            scene,
+            lights: call.lights,
             pixels,
             faces: mesh.triangles.len() as f64,
             vertices: mesh.positions.len().max(mesh.normals.len()).min(mesh.corners.len()) as f64,
             is_lit: materials.clone().any(|m| m.model != LightingModel::Unlit),
             is_shiny: materials.any(|m| m.ks != DVec3::ZERO),
-            texture: object.texture.as_ref().map_or(0.0, |t| filter_cost(t.1.filter)),
+            texture: call.texture.map_or(0.0, |_| filter_cost(call.sampling.filter)),
         }
     }
 
-    /// Returns the cost of drawing the object in a shading mode under these lights.
-    pub fn drawing(&self, shade: ShadeMode, lights: &[u32]) -> Cost {
+    /// Returns the cost of drawing in a shading mode under these lights.
+    pub fn drawing(&self, shade: ShadeMode, lights: impl Iterator<Item = u32>) -> Cost {
         let (mut at_pixel, mut count) = (0.0, 0.0);
-        for light in lights.iter().filter_map(|l| self.scene.lights.get(*l as usize)) {
+        for light in lights.filter_map(|l| self.lights.get(l as usize)) {
             count += 1.0;
             at_pixel += match light.kind {
                 LightKind::Directional { .. } => DIRECTIONAL,
@@ -125,9 +126,9 @@ impl<'a> ObjectCosts<'a> {
     }
 }
 
-/// Returns an estimate of the pixels that an object covers: half of its bounding box on the screen.
-pub(super) fn covered_pixels(object: &Object, [low, high]: [DVec3; 2], to_clip: DMat4, whole: f64) -> f64 {
-    let to_clip = to_clip * object.model;
+/// Returns an estimate of the pixels that a mesh covers: half of its bounding box on the screen.
+/// `to_clip` leads from the mesh's space to clip space; the viewport has `whole` pixels.
+pub(super) fn covered_pixels([low, high]: [DVec3; 2], to_clip: DMat4, whole: f64) -> f64 {
     let (mut least, mut most) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for i in 0..8 {
         let corner = |axis: usize| if (i >> axis) & 1 == 1 { high[axis] } else { low[axis] };
@@ -147,14 +148,13 @@ pub(super) fn covered_pixels(object: &Object, [low, high]: [DVec3; 2], to_clip: 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pipeline::draw_call::SceneOptions;
     use crate::truth::scenes::{lit_triangle, object};
 
     #[test]
     fn half_of_the_box_on_the_screen_is_counted_as_covered() {
-        let mesh = crate::scene::shapes::sphere(1.0).unwrap();
         let covered = |model: DMat4, low: [f64; 3], high: [f64; 3]| {
-            let object = Object { model, ..object("box", mesh.clone()) };
-            covered_pixels(&object, [low.into(), high.into()], DMat4::IDENTITY, 8000.0)
+            covered_pixels([low.into(), high.into()], model, 8000.0)
         };
         // 5/8 of the frame's width and 3/8 of its height.
         assert_eq!(
@@ -178,7 +178,8 @@ mod tests {
     fn measuring_and_choosing_are_cheap_up_to_their_share_of_exact_frames() {
         let scene = lit_triangle();
         let faces = object("ball", crate::scene::shapes::sphere(1.0).unwrap());
-        let costs = ObjectCosts::of(&faces, &scene, 100.0);
+        let call = DrawCall::of_object(&faces, &scene, &SceneOptions::new(64, 48));
+        let costs = ObjectCosts::of(&call, 100.0);
         let measured = MEASURED_FACE * faces.geometry.mesh.triangles.len() as f64;
         assert!(costs.measuring_is_cheap(measured / MOST_FRAMES));
         assert!(!costs.measuring_is_cheap(measured / MOST_FRAMES * 0.99));

@@ -1,10 +1,13 @@
-//! For each object the cheapest settings whose proven bound is within E.
+//! For each draw the cheapest settings whose proven bound is within E.
 
 use super::bounds::ShadedObject;
 use super::costs::{ObjectCosts, covered_pixels};
 use super::settings::QualitySettings;
-use super::{Budget, Choice, MeshShapes, steps_of_rounding};
+use super::{Budget, Choice, MeshShapes, exact_reason, steps_of_rounding};
+use crate::pipeline::draw_call::DrawCall;
 use crate::scene::ShadeMode;
+use glam::DMat4;
+use std::iter;
 
 /// Part of the pixels' saving that lighting vertices or faces may cost at most: an estimate of the
 /// pixels that an object covers may be three times too large.
@@ -13,38 +16,25 @@ const TABLE_PART: f64 = 1.0 / 3.0;
 /// Part of an object's cost that other settings must save: exact settings win ties.
 const LEAST_SAVING: f64 = 0.05;
 
-/// Returns the settings that are proven to stay within the budget, by what is known of the meshes.
+/// Returns the settings that are proven to stay within the budget, by what was measured of the
+/// meshes.
 pub fn prove(budget: &Budget, shapes: &mut MeshShapes) -> Choice {
     let mut choice = Choice::exact(budget);
     choice.exact_because = budget.exact_reason();
     if choice.exact_because.is_some() {
         return choice;
     }
-    let [width, height] = [budget.options.viewport.width, budget.options.viewport.height].map(f64::from);
-    let camera = budget.scene.camera.unwrap_or(budget.options.camera);
-    let Some(to_clip) = shapes.clip_matrix(camera, width / height) else { return choice };
-    let every_light: Vec<u32> = (0..budget.scene.lights.len() as u32).collect();
     for (i, object) in budget.scene.objects.iter().enumerate() {
-        let Some(mesh_box) = shapes.box_of(&object.geometry) else {
+        let call = DrawCall::of_object(object, budget.scene, budget.options);
+        let Some(to_clip) = shapes.clip_matrix(&call) else { return choice };
+        let Some(chosen) = choose(&call, budget.max_error, to_clip, shapes) else {
             choice.unknown += 1;
             continue;
         };
-        let pixels = covered_pixels(object, mesh_box.bounds, to_clip, width * height);
-        let costs = ObjectCosts::of(object, budget.scene, pixels);
-        let lights = object.lights.as_ref().unwrap_or(&every_light);
-        let own = object.shade.unwrap_or(budget.options.shade);
-        let exact = costs.drawing(own, lights).sum();
-        choice.costs = choice.costs.map(|cost| cost + exact);
-        let may_pay = costs.drawing(own, &[]).sum() <= (1.0 - LEAST_SAVING) * exact;
-        if !may_pay || !costs.choice_is_cheap(exact, lights.len()) {
-            continue;
-        }
-        let may_measure = own == ShadeMode::Phong && costs.measuring_is_cheap(exact);
-        choice.unmeasured += usize::from(own == ShadeMode::Phong && !may_measure);
-        let angles = if may_measure { shapes.angles_of(&object.geometry) } else { None };
-        let Some(shaded) = ShadedObject::of(object, mesh_box, angles) else { continue };
-        if let Some(found) = cheapest(&shaded, own, lights, budget, &costs) {
-            choice.costs[1] += found.cost - exact;
+        choice.unmeasured += usize::from(chosen.is_unmeasured);
+        choice.costs = choice.costs.map(|cost| cost + chosen.exact);
+        if let Some(found) = chosen.found {
+            choice.costs[1] += found.cost - chosen.exact;
             choice.proven = choice.proven.max(found.bound);
             choice.settings[i] = found.settings;
         }
@@ -53,6 +43,55 @@ pub fn prove(budget: &Budget, shapes: &mut MeshShapes) -> Choice {
         choice.exact_because = Some("nothing cheaper is proven to stay within the limit: exact");
     }
     choice
+}
+
+/// Returns the settings of a single draw that are proven to stay within E, as [`prove`] does for a
+/// scene of one object.
+pub fn settings_of(call: &DrawCall, max_error: f64, shapes: &mut MeshShapes) -> QualitySettings {
+    if exact_reason(call.hide, max_error).is_some() {
+        return QualitySettings::default();
+    }
+    let to_clip = shapes.clip_matrix(call);
+    let chosen = to_clip.and_then(|to_clip| choose(call, max_error, to_clip, shapes));
+    chosen.and_then(|chosen| chosen.found).map(|found| found.settings).unwrap_or_default()
+}
+
+/// What is chosen for a draw.
+struct Chosen {
+    /// Cost of the exact settings.
+    exact: f64,
+    /// Cheaper settings, if some are proven to stay within E.
+    found: Option<Proven>,
+    /// True if measuring the mesh would cost more than two exact frames.
+    is_unmeasured: bool,
+}
+
+/// Chooses the settings of a draw; `None` if its mesh is drawn for the first time. `to_clip` leads
+/// from the world to clip space.
+fn choose(call: &DrawCall, max_error: f64, to_clip: DMat4, shapes: &mut MeshShapes) -> Option<Chosen> {
+    let geometry = call.shared?;
+    let mesh_box = shapes.box_of(geometry)?;
+    let area = f64::from(call.viewport.width) * f64::from(call.viewport.height);
+    let costs = ObjectCosts::of(call, covered_pixels(mesh_box.bounds, to_clip * call.model, area));
+    let exact = costs.drawing(call.shade, light_indices(call)).sum();
+    let mut chosen = Chosen { exact, found: None, is_unmeasured: false };
+    let may_pay = costs.drawing(call.shade, iter::empty()).sum() <= (1.0 - LEAST_SAVING) * exact;
+    if !may_pay || !costs.choice_is_cheap(exact, light_indices(call).count()) {
+        return Some(chosen);
+    }
+    let is_phong = call.shade == ShadeMode::Phong;
+    let may_measure = is_phong && costs.measuring_is_cheap(exact);
+    chosen.is_unmeasured = is_phong && !may_measure;
+    let angles = if may_measure { shapes.angles_of(geometry) } else { None };
+    chosen.found = ShadedObject::of(call, mesh_box, angles)
+        .and_then(|shaded| cheapest(&shaded, &light_indices(call).collect::<Vec<_>>(), max_error, &costs));
+    Some(chosen)
+}
+
+/// Returns the indices of the lights that reach a draw.
+fn light_indices<'a>(call: &DrawCall<'a>) -> impl Iterator<Item = u32> + use<'a> {
+    let all = if call.light_subset.is_none() { call.lights.len() as u32 } else { 0 };
+    (0..all).chain(call.light_subset.unwrap_or_default().iter().copied())
 }
 
 /// Settings with their bound in steps, and their cost.
@@ -64,40 +103,35 @@ struct Proven {
 
 /// Returns the cheapest settings that are proven to stay within E, if they are cheaper than exact
 /// ones: a shading mode, without those lights that add least.
-fn cheapest(
-    shaded: &ShadedObject,
-    own: ShadeMode,
-    lights: &[u32],
-    budget: &Budget,
-    costs: &ObjectCosts,
-) -> Option<Proven> {
-    let scene = budget.scene;
-    let exact = costs.drawing(own, lights).sum();
+fn cheapest(shaded: &ShadedObject, lights: &[u32], max_error: f64, costs: &ObjectCosts) -> Option<Proven> {
+    let call = shaded.call();
+    let own = call.shade;
+    let exact = costs.drawing(own, lights.iter().copied()).sum();
     // Equal formulas give equal right answers; others are rounded to bytes on top of their difference.
-    let rounding = steps_of_rounding(shaded.object());
+    let rounding = steps_of_rounding(call);
     let total = |delta: f64| rounding + if delta > 0.0 { 1.0 + delta } else { 0.0 };
     let mut reflected: Vec<(f64, u32)> = lights
         .iter()
-        .filter_map(|l| Some((255.0 * shaded.of_light(scene.lights.get(*l as usize)?)?, *l)))
+        .filter_map(|l| Some((255.0 * shaded.of_light(call.lights.get(*l as usize)?)?, *l)))
         .collect();
     reflected.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut best: Option<Proven> = None;
     for shade in [own, ShadeMode::Gouraud, ShadeMode::Flat] {
-        let Some(error) = shaded.of_shade(own, shade, scene, lights) else { continue };
+        let Some(error) = shaded.of_shade(shade, lights) else { continue };
         let mut delta = 255.0 * error;
-        if total(delta) > budget.max_error {
+        if total(delta) > max_error {
             continue;
         }
         let mut dark: Vec<u32> = Vec::new();
         for (light_steps, light) in &reflected {
-            if total(delta + light_steps) > budget.max_error {
+            if total(delta + light_steps) > max_error {
                 break;
             }
             delta += light_steps;
             dark.push(*light);
         }
         let kept: Vec<u32> = lights.iter().copied().filter(|l| !dark.contains(l)).collect();
-        let cost = costs.drawing(shade, &kept);
+        let cost = costs.drawing(shade, kept.iter().copied());
         let tables_pay = shade == own || cost.tables <= TABLE_PART * (exact - cost.pixels);
         let least = best.as_ref().map_or((1.0 - LEAST_SAVING) * exact, |b| b.cost);
         if tables_pay && cost.sum() < least {

@@ -6,6 +6,7 @@
 //! The order of the draws alone decides which meshes are forgotten.
 
 use super::{MeshAngles, MeshBox};
+use crate::pipeline::draw_call::DrawCall;
 use crate::scene::{Camera, Geometry};
 use glam::DMat4;
 use std::collections::HashMap;
@@ -22,7 +23,7 @@ pub struct MeshShapes {
     older: HashMap<usize, MeshEntry>,
     measures_at_once: bool,
     measured_faces: u64,
-    /// The last camera and aspect, and the matrix to clip space, which many draws share.
+    /// The last camera and aspect, and the matrix to clip space: the next draw mostly has the same.
     last_camera: Option<(Camera, f64, Option<DMat4>)>,
 }
 
@@ -71,15 +72,16 @@ impl MeshShapes {
         angles
     }
 
-    /// Returns the matrix of a camera from the world to clip space, if it has one.
-    pub(super) fn clip_matrix(&mut self, camera: Camera, aspect: f64) -> Option<DMat4> {
+    /// Returns the matrix of a draw from the world to clip space, if its camera has one.
+    pub(super) fn clip_matrix(&mut self, call: &DrawCall) -> Option<DMat4> {
+        let aspect = f64::from(call.viewport.width) / f64::from(call.viewport.height);
         if let Some((last, last_aspect, to_clip)) = &self.last_camera
-            && (*last, *last_aspect) == (camera, aspect)
+            && (*last, *last_aspect) == (call.camera, aspect)
         {
             return *to_clip;
         }
-        let to_clip = camera.matrices(aspect).ok().map(|m| m.projection * m.view);
-        self.last_camera = Some((camera, aspect, to_clip));
+        let to_clip = call.camera.matrices(aspect).ok().map(|m| m.projection * m.view);
+        self.last_camera = Some((call.camera, aspect, to_clip));
         to_clip
     }
 

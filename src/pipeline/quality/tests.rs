@@ -1,7 +1,7 @@
 //! Tests with evident choices; `tests/drawing/budget.rs` compares pictures with the reference.
 
 use super::*;
-use crate::scene::{Light, LightKind, ShadeMode, shapes};
+use crate::scene::{Light, LightKind, Object, ShadeMode, shapes};
 use crate::truth::scenes::{lit_triangle, object};
 use glam::{DMat4, DVec3};
 

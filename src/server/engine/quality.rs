@@ -7,10 +7,9 @@ use super::Engine;
 use super::drawing::MeshDraw;
 use crate::command::Quality;
 use crate::pipeline::SceneOptions;
-use crate::pipeline::quality::{Budget, prove};
-use crate::scene::{Object, QualityUse, Scene};
+use crate::pipeline::quality::{Budget, prove, settings_of};
+use crate::scene::{QualityUse, Scene};
 use crate::server::Session;
-use std::sync::Arc;
 
 impl Engine {
     /// Returns the error that draws of the session may have, if they need not be exact.
@@ -21,44 +20,14 @@ impl Engine {
         }
     }
 
-    /// Gives a `DRAW` the settings of its session's quality: those of a scene of one object.
+    /// Gives a `DRAW` the settings of its session's quality.
     pub(super) fn cheapen_draw(&mut self, s: &Session, draw: &mut MeshDraw) {
         let Some(max_error) = self.max_error(s) else { return };
-        let object = Object {
-            name: String::new(),
-            geometry: Arc::clone(&draw.geometry),
-            model: draw.model,
-            material: draw.material.clone(),
-            back_material: None,
-            cull: draw.cull,
-            two_sided_lighting: draw.call().two_sided_lighting,
-            shade: None,
-            texture: draw.texture.as_ref().map(|t| (Arc::clone(t), draw.sampling)),
-            lights: None,
-            style: Default::default(),
-        };
-        let scene = Scene {
-            camera: Some(draw.camera),
-            ambient: draw.ambient,
-            lights: std::mem::take(&mut draw.lights),
-            objects: vec![object],
-            ..Scene::default()
-        };
-        let options = SceneOptions {
-            viewport: draw.viewport,
-            shade: draw.shade,
-            hide: draw.hide,
-            interp: draw.interp,
-            ..SceneOptions::new(self.framebuffer.width(), self.framebuffer.height())
-        };
-        let budget = Budget { scene: &scene, options: &options, max_error };
-        let choice = prove(&budget, &mut self.rendering.shapes);
-        let chosen = &choice.settings[0];
+        let chosen = settings_of(&draw.call(), max_error, &mut self.rendering.shapes);
         draw.shade = chosen.shade.unwrap_or(draw.shade);
-        draw.lights = match &chosen.lights {
-            Some(lights) => lights.iter().map(|i| scene.lights[*i as usize]).collect(),
-            None => scene.lights,
-        };
+        if let Some(lights) = chosen.lights {
+            draw.lights = lights.iter().map(|i| draw.lights[*i as usize]).collect();
+        }
     }
 
     /// Gives the objects of a `DRAWSCENE` the settings of its session's quality.
