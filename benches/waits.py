@@ -100,6 +100,42 @@ def layers(count):
 
 LAYERS = b"LIGHT 0 DIR 0 0 -1 1 1 1\nLOOKAT 0 0 6 0 0 0 0 1 0\nCULL none\n" + payload("MESH m OBJ", layers(10_000))
 
+# One unit is a pixel of a frame of 1920x1080.
+PIXELS = b"CULL none\nORTHO -960 960 -540 540 0.1 100\nLOOKAT 0 0 10 0 0 0 0 1 0\n"
+SUN, TRANSPARENT = b"LIGHT 0 DIR 0 0 -1 1 1 1\n", b"MATERIAL black #cc black 1 black .5\n"
+SPOTS = b"".join(b"LIGHT %d SPOT %d 3 300 0 0 -1 1.2 7.3 .1 .1 .1 1 .001 .0001\n" % (i, i % 7) for i in range(250))
+# A draw beside the view, which is short, and one of the same mesh in it: the time of the first says nothing of the
+# second.
+SHORT, LONG = (f"CLEAR\nIDENTITY\nTRANSLATE {x} 0 0\nDRAW m\n".encode() for x in (5000, 0))
+UNLIT, LIT = b"MATERIAL black black black 1 white\n", b"MATERIAL #111111 #cccccc black 1\n"
+
+
+def slivers(count, slope):
+    """Returns an OBJ file of triangles across the frame that are 0.02 pixels high."""
+    faces = []
+    for i in range(count):
+        y, z = i % 1000 - 499.5, i * 1e-5
+        corners = [(-950, y - slope / 2 - 0.008), (0, y + 0.012), (950, y + slope / 2 - 0.008)]
+        faces += [f"v {x} {v} {z}\n" for x, v in corners] + ["f -3 -2 -1\n"]
+    return "".join(faces).encode()
+
+
+def textured_layers(count):
+    """Returns an OBJ file of quads across the frame with many texels a pixel, and tiny faces."""
+    faces = [f"v 0 0 {i * 1e-6}\nv .01 0 0\nv 0 .01 0\nvt 0 0\nf -3/-1 -2/-1 -1/-1\n" for i in range(1300)]
+    for i in range(count):
+        faces += [f"v {x} {y} {i * 1e-3}\n" for x, y in [(-480, -300), (480, -300), (480, 300), (-480, 300)]]
+        faces.append(f"vt 0 0\nvt {20 + i} 3\nvt {10 + i} 17\nvt 0 9\nf -4/-4 -3/-3 -2/-2 -1/-1\n")
+    return "".join(faces).encode()
+
+
+def fan(corners, radius):
+    """Returns an OBJ file of one polygon."""
+    turns = [2 * math.pi * i / corners for i in range(corners)]
+    lines = [f"v {radius * math.cos(a)} {radius * math.sin(a)} 0" for a in turns]
+    return ("\n".join(lines) + "\nf " + " ".join(str(i + 1) for i in range(corners)) + "\n").encode()
+
+
 FAR_FILL = b"FILL -1e300 -1e300 1e300 0 0 1e299 ff0000 00ff00 0000ff\n"
 
 QUALITY = (
@@ -154,6 +190,28 @@ def attacks(width, height, folder, program=""):
         "draweye": (eye, lambda: f"DRAWEYE e 0 0 {width} {height}\n".encode()),
         "painter": (lambda: BALL + b"HIDE painter\n", lambda: b"DRAW m\n"),
         "wire": (lambda: BALL + b"SHADE wire\n", lambda: b"DRAW m\n"),
+        "short-slivers": (
+            lambda: PIXELS + SUN + TRANSPARENT + payload("MESH m OBJ", slivers(6000, 0)),
+            lambda: SHORT + LONG,
+        ),
+        "short-diagonals": (lambda: PIXELS + SUN + payload("MESH m OBJ", slivers(9000, 900)), lambda: SHORT + LONG),
+        "short-far-light": (
+            lambda: PIXELS + SPOTS + b"LIGHT 250 POINT 1e200 0 0 1 1 1\n" + payload("MESH m OBJ", obj_grid(30)),
+            lambda: SHORT + b"CLEAR\nIDENTITY\nSCALE 7 7 1\nDRAW m\n",
+        ),
+        "short-texture": (
+            lambda: PIXELS + b"AMBIENT 1 1 1\n" + TRANSPARENT + payload("TEX t", png_gray(1024))
+            + b"TEXTURE t trilinear\n" + payload("MESH m OBJ", textured_layers(12)),
+            lambda: SHORT + LONG,
+        ),
+        "short-unlit": (
+            lambda: PIXELS + SUN,
+            lambda: payload("MESH m OBJ", obj_grid(300)) + UNLIT + SHORT + LIT + LONG,
+        ),
+        "short-flat": (
+            lambda: PIXELS + SPOTS + b"SHADE flat\n" + payload("MESH m OBJ", fan(40_000, 150)),
+            lambda: UNLIT + SHORT + LIT + LONG,
+        ),
     }
 
 

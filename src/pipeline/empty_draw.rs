@@ -8,7 +8,7 @@
 
 use super::{DrawCall, DrawStats, SceneOptions};
 use crate::memory::VideoMemory;
-use crate::scene::{Camera, Light, LightingModel, Material, Mesh, Scene, ShadeMode, Viewport};
+use crate::scene::{Camera, Light, LightingModel, Material, Mesh, Scene, ShadeMode, Viewport, box_corners};
 use glam::{DMat4, DVec3};
 use std::fmt;
 use std::ops::Range;
@@ -175,9 +175,6 @@ pub fn is_dark(call: &DrawCall) -> bool {
 /// Returns whether all corners of a box, transformed to world space by `model`, lie behind the eye.
 fn is_behind_eye(camera: &Camera, bounds: Option<(DVec3, DVec3)>, model: DMat4) -> bool {
     // The aspect ratio does not matter here.
-    let (Some((low, high)), Ok(matrices)) = (bounds, camera.matrices(1.0)) else { return false };
-    (0..8).all(|i| {
-        let pick = |k: usize| if i >> k & 1 == 1 { high[k] } else { low[k] };
-        (matrices.view * model * DVec3::new(pick(0), pick(1), pick(2)).extend(1.0)).z >= 0.0
-    })
+    let (Some(bounds), Ok(matrices)) = (bounds, camera.matrices(1.0)) else { return false };
+    box_corners(bounds).iter().all(|corner| (matrices.view * model * corner.extend(1.0)).z >= 0.0)
 }

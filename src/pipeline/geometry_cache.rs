@@ -51,7 +51,7 @@ pub(crate) struct GeometryInfo {
     faces: OnceLock<FaceTable>,
     /// True if the faces bound a convex body; empty until the planner asks.
     pub convex_body: OnceLock<bool>,
-    /// Extent of the faces; empty until the estimate of a draw asks.
+    /// Extent of the faces, computed when a stream first asks for a bound of a draw's time.
     #[cfg(feature = "engine")]
     pub extent: OnceLock<MeshExtent>,
     /// Token that ends the computation of normals, tables and indexed meshes early; a result is
@@ -114,7 +114,7 @@ impl GeometryInfo {
     }
 
     /// Returns whether all facts in `needs` have been computed.
-    fn has(&self, needs: Needs) -> bool {
+    pub fn has(&self, needs: Needs) -> bool {
         let normals = match needs.normals {
             None => true,
             Some(false) => self.face_normals.get().is_some(),

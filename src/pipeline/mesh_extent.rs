@@ -1,18 +1,22 @@
 //! Extent of a mesh in space, and how many pixels its faces can cover.
 //!
-//! In: a mesh whose indices are valid. Out: its box and the sum of its faces' areas, measured once;
-//! from them and a projection, upper bounds of the pixels that the faces cover. The bounds are right
-//! if no view of the mesh covers more: a face covers its area in space at most, times the largest
-//! scale that the projection gives it in the mesh's box.
+//! In: a mesh whose indices are valid. Out: its box, the sum of its faces' areas and that of their
+//! edges' lengths, measured once; from them and a projection, upper bounds of the pixels that the
+//! faces cover. The bounds are right if no view of the mesh covers more. A face has its area and
+//! perimeter in space at most, times the largest scales that the projection has in the mesh's box;
+//! and a convex figure of area A and perimeter P holds at most A + P/2 + 1 points of a grid.
 
+use super::ndc_box::NdcBox;
 use crate::scene::Mesh;
 use glam::{DMat4, DVec3};
 
 /// Upper bounds of the pixels that the faces of a mesh cover.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CoverageBound {
-    /// Number of pixels, those that several faces cover counted for each.
+    /// Number of pixels; one under several faces counts once for each of them.
     pub covered: f64,
+    /// Sum of the faces' perimeters, in pixels.
+    pub perimeter: f64,
     /// Number of pixels in the box around all faces on the screen.
     pub boxed: f64,
 }
@@ -21,48 +25,44 @@ pub(crate) struct CoverageBound {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MeshExtent {
     /// Low and high corner of the box around all positions.
-    bounds: [DVec3; 2],
+    bounds: (DVec3, DVec3),
     /// Sum of the faces' areas.
     area: f64,
+    /// Sum of the faces' perimeters.
+    perimeter: f64,
+    /// Number of faces.
+    faces: f64,
 }
 
 impl MeshExtent {
-    /// Measures a mesh, in time linear in its faces. `bounds` are the corners of the box around its
-    /// positions.
-    pub fn of(mesh: &Mesh, bounds: [DVec3; 2]) -> Self {
+    /// Measures a mesh whose indices are valid, in time linear in its faces. `bounds` are the corners
+    /// of the box around its positions.
+    pub fn of(mesh: &Mesh, bounds: (DVec3, DVec3)) -> Self {
         let position = |corner: u32| mesh.positions[mesh.corners[corner as usize].position as usize];
-        let area = |triangle: &[u32; 3]| {
+        let (mut area, mut perimeter) = (0.0, 0.0);
+        for triangle in &mesh.triangles {
             let [a, b, c] = triangle.map(position);
-            (b - a).cross(c - a).length() / 2.0
-        };
-        MeshExtent { bounds, area: mesh.triangles.iter().map(area).sum() }
+            area += (b - a).cross(c - a).length() / 2.0;
+            perimeter += a.distance(b) + b.distance(c) + c.distance(a);
+        }
+        MeshExtent { bounds, area, perimeter, faces: mesh.triangles.len() as f64 }
     }
 
     /// Returns upper bounds of the pixels that the faces cover, in a viewport of `view` pixels;
     /// `None` if they may reach the eye's plane.
     pub fn coverage(&self, to_clip: &DMat4, view: [f64; 2]) -> Option<CoverageBound> {
-        let (mut nearest, mut low, mut high) = (f64::INFINITY, [f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for corner in 0..8 {
-            let side = |axis: usize| self.bounds[corner >> axis & 1][axis];
-            let clip = *to_clip * DVec3::new(side(0), side(1), side(2)).extend(1.0);
-            if !clip.is_finite() || clip.w <= 0.0 {
-                return None;
-            }
-            nearest = nearest.min(clip.w);
-            for axis in 0..2 {
-                let at = (clip[axis] / clip.w).clamp(-1.0, 1.0);
-                (low[axis], high[axis]) = (low[axis].min(at), high[axis].max(at));
-            }
-        }
+        let seen = NdcBox::of(self.bounds, to_clip)?;
         // The derivative of x / w is (dx - x / w dw) / w, and |x / w| is at most `reach` where the
         // faces are seen.
         let scale = |axis: usize| {
-            let reach = low[axis].abs().max(high[axis].abs());
+            let reach = seen.low[axis].abs().max(seen.high[axis].abs());
             let [row, w] = [axis, 3].map(|row| to_clip.row(row).truncate().length());
-            (row + reach * w) / nearest * view[axis] / 2.0
+            (row + reach * w) / seen.nearest_w * view[axis] / 2.0
         };
-        let side = |axis: usize| (high[axis] - low[axis]) * view[axis] / 2.0 + 1.0;
-        Some(CoverageBound { covered: self.area * scale(0) * scale(1), boxed: side(0) * side(1) })
+        let (scales, boxed) = ([scale(0), scale(1)], seen.pixels(view));
+        let perimeter = self.perimeter * scales[0].max(scales[1]);
+        let covered = self.area * scales[0] * scales[1] + perimeter / 2.0 + self.faces;
+        Some(CoverageBound { covered: covered.min(boxed * self.faces), perimeter, boxed })
     }
 }
 
@@ -70,13 +70,14 @@ impl MeshExtent {
 mod tests {
     use super::*;
     use crate::scene::{Camera, LookAt, Projection, shapes};
+    use glam::DVec2;
 
     fn knot() -> Mesh {
         shapes::knot(120, 24).unwrap()
     }
 
     fn extent_of(mesh: &Mesh) -> MeshExtent {
-        MeshExtent::of(mesh, mesh.bounds().unwrap().into())
+        MeshExtent::of(mesh, mesh.bounds().unwrap())
     }
 
     /// Returns the projection of an eye at `from` on the z axis, onto 400x300 pixels.
@@ -99,18 +100,31 @@ mod tests {
                 let on_screen = |corner: u32| {
                     let clip =
                         to_clip * mesh.positions[mesh.corners[corner as usize].position as usize].extend(1.0);
-                    [0, 1].map(|axis| clip[axis] / clip.w * view[axis] / 2.0)
+                    DVec2::new(clip.x / clip.w * view[0] / 2.0, clip.y / clip.w * view[1] / 2.0)
                 };
-                let mut covered = 0.0;
+                let (mut area, mut perimeter) = (0.0, 0.0);
                 for triangle in &mesh.triangles {
                     let [a, b, c] = triangle.map(on_screen);
-                    covered += ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs() / 2.0;
+                    area += (b - a).perp_dot(c - a).abs() / 2.0;
+                    perimeter += a.distance(b) + b.distance(c) + c.distance(a);
                 }
                 // Pixels beyond the viewport are not bounded; these views have none.
+                let covered = area + perimeter / 2.0 + extent.faces;
                 assert!(covered <= bound.covered, "{from} {turn}: {covered} {bound:?}");
                 assert!(bound.covered < 12.0 * covered, "{from} {turn}: {covered} {bound:?}");
+                assert!(perimeter <= bound.perimeter && bound.perimeter < 4.0 * perimeter, "{bound:?}");
             }
         }
+    }
+
+    #[test]
+    fn slivers_cover_a_pixel_for_each_of_their_length() {
+        // A face of 300 x 0.02 pixels along a row of centres covers 150 of them.
+        let sliver = [DVec3::new(-1.0, 0.0, 0.0), DVec3::new(0.5, 0.0, 0.0), DVec3::new(0.5, 1e-4, 0.0)];
+        let mesh = Mesh::from_triangles(sliver.to_vec(), &[[0, 1, 2]]);
+        let bound = extent_of(&mesh).coverage(&DMat4::IDENTITY, [400.0, 400.0]).unwrap();
+        assert!(bound.covered >= 300.0 && bound.covered < 305.0, "{bound:?}");
+        assert!(bound.perimeter >= 600.0 && bound.perimeter < 601.0, "{bound:?}");
     }
 
     #[test]

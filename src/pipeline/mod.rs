@@ -29,6 +29,8 @@ mod light;
 mod materials;
 #[cfg(feature = "engine")]
 mod mesh_extent;
+#[cfg(feature = "engine")]
+mod ndc_box;
 mod normals;
 mod occlusion_history;
 mod ordered;
@@ -39,7 +41,7 @@ mod plane_equation;
 mod planner;
 mod preemption;
 mod prepared_draw;
-#[cfg(feature = "truth")]
+#[cfg(feature = "engine")]
 #[doc(hidden)]
 pub mod quality;
 mod reference;
@@ -65,6 +67,8 @@ pub use draw_call::{
 pub use empty_draw::{EmptyDraw, is_dark};
 #[cfg(feature = "engine")]
 pub(crate) use mesh_extent::CoverageBound;
+#[cfg(feature = "engine")]
+pub(crate) use ndc_box::NdcBox;
 pub(crate) use normals::polygon_normal;
 pub use plan::{Part, Plan, PlanItem, Title};
 pub use preemption::{Preemption, TargetOwner};

@@ -273,13 +273,23 @@ impl Renderer {
         Ok(stats)
     }
 
-    /// Returns the extent of a geometry that a draw has prepared; `None` for another, and for one
-    /// whose draws are refused.
+    /// Returns the extent of a draw's mesh if the tile renderer draws all of it, and all that it
+    /// needs of the mesh has been computed by draws before.
     #[cfg(feature = "engine")]
-    pub(crate) fn extent_of(&self, geometry: &Arc<Geometry>) -> Option<MeshExtent> {
-        let info = self.cache.get(geometry).filter(|info| info.checked.is_ok())?;
-        let (low, high) = info.bounds?;
-        Some(*info.extent.get_or_init(|| MeshExtent::of(&geometry.mesh, [low, high])))
+    pub(crate) fn extent_by_tiles(&mut self, target: &Target, call: &DrawCall) -> Option<MeshExtent> {
+        let info = self.cached_info(call).filter(|info| info.checked.is_ok())?;
+        let (bounds, mesh) = (info.bounds?, &call.geometry.mesh);
+        let camera = PreparedDraw::camera_of(call).ok()?;
+        let recycled = std::mem::take(&mut self.workspace.recycled);
+        let mut prepared = PreparedDraw::of(call, camera, target, Arc::clone(&info), recycled);
+        add_path(&mut prepared, target, self.backend(), true);
+        let is_drawn_by_tiles = prepared.parts.uses(Part::TileRenderer);
+        let is_ready = is_drawn_by_tiles
+            && mesh.lines.is_empty()
+            && mesh.points.is_empty()
+            && info.has(prepared.needs());
+        self.workspace.recycled = prepared.take_recycled();
+        is_ready.then(|| *info.extent.get_or_init(|| MeshExtent::of(mesh, bounds)))
     }
 
     /// Returns the cached facts about a draw's geometry.

@@ -23,12 +23,11 @@ use super::tile::{ExactFace, FrameSlices, Scratch};
 use super::vertex::Vertex;
 use crate::executor::Executor;
 use crate::memory::{PickBuffer, PickCells, opaque};
-use crate::scene::Interpolation;
+use crate::scene::{Interpolation, box_corners};
 use crate::simd::Level;
 pub(crate) use blended_raster::BlendedRaster;
 pub(crate) use blended_setup::BlendedSetup;
 pub(crate) use draw_batch::DrawBatch;
-use glam::DVec3;
 use light_setup::{RecycledBindings, Tables};
 pub(crate) use memory_estimate::{binding_bytes, estimated_bytes, working_bytes};
 
@@ -89,15 +88,14 @@ impl PreparedDraw<'_> {
 
     /// Returns whether the draw is so small that waking another thread would take longer.
     fn is_small(&self) -> bool {
-        let Some((low, high)) = self.geometry_info.bounds else { return true };
+        let Some(bounds) = self.geometry_info.bounds else { return true };
         if self.call.geometry.mesh.triangles.len() > FEW_FACES {
             return false;
         }
         let clip = self.transform().screen.clip;
         let (mut from, mut to) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for corner in 0..8 {
-            let pick = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
-            let at = self.transform().vertex(DVec3::new(pick(0), pick(1), pick(2))).screen;
+        for corner in box_corners(bounds) {
+            let at = self.transform().vertex(corner).screen;
             if !(at[0].is_finite() && at[1].is_finite()) {
                 return false;
             }

@@ -94,19 +94,25 @@ pub(crate) fn center_and_half((low, high): (DVec3, DVec3)) -> (DVec3, DVec3) {
     (center, if half == DVec3::ZERO { DVec3::splat(0.5) } else { half })
 }
 
+/// Returns the corners of a box; bit k of a corner's index is set if it lies on the high side of
+/// axis k.
+pub(crate) fn box_corners((low, high): (DVec3, DVec3)) -> [DVec3; 8] {
+    std::array::from_fn(|i| {
+        let pick = |axis: usize| if i >> axis & 1 == 1 { high[axis] } else { low[axis] };
+        DVec3::new(pick(0), pick(1), pick(2))
+    })
+}
+
 impl Scene {
     /// Returns a box around all objects in world space, or `None` for a scene without positions. It
     /// encloses the objects' own boxes, so it may be larger than necessary where objects are
     /// rotated.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
-        let corners = self.objects.iter().filter_map(|o| Some((o, o.geometry.mesh.bounds()?))).flat_map(
-            |(o, (low, high))| {
-                (0..8).map(move |i| {
-                    let pick = |k: usize| if i >> k & 1 == 1 { high[k] } else { low[k] };
-                    o.model.transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
-                })
-            },
-        );
+        let corners = self
+            .objects
+            .iter()
+            .filter_map(|o| Some((o, o.geometry.mesh.bounds()?)))
+            .flat_map(|(o, bounds)| box_corners(bounds).map(|corner| o.model.transform_point3(corner)));
         corners.filter(|p| p.is_finite()).fold(None, |bounds: Option<(DVec3, DVec3)>, p| {
             Some(bounds.map_or((p, p), |(low, high)| (low.min(p), high.max(p))))
         })

@@ -22,6 +22,7 @@ mod style;
 mod texture;
 mod view_overrides;
 
+pub(crate) use auto_framing::box_corners;
 pub use auto_framing::{FRAME_FOV_RAD, FRAME_MARGIN, frame, frame_along, frame_mesh};
 pub use camera::{
     Camera, CameraError, CameraMatrices, LookAt, ObliqueKind, Projection, Viewport, ViewportRule,

@@ -7,7 +7,7 @@
 //! distance to the reference point) and a choice of projection. Promise: a navigator at home
 //! returns the author's camera bit for bit.
 
-use super::auto_framing::FRAME_FOV_RAD;
+use super::auto_framing::{FRAME_FOV_RAD, box_corners};
 use super::{Camera, LookAt, ObliqueKind, Projection, contain};
 use crate::math::matrix;
 use glam::{DMat4, DVec3};
@@ -251,14 +251,11 @@ fn half_window(camera: &Camera, aspect: f64) -> [f64; 2] {
 }
 
 /// Fits the near and far planes to a box, with a margin for objects that move slightly out of it.
-fn lay_about(camera: &mut Camera, (low, high): (DVec3, DVec3)) {
+fn lay_about(camera: &mut Camera, bounds: (DVec3, DVec3)) {
     let Ok([_, _, z]) = camera.look_at.axes() else { return };
-    let ahead = |i: u32| {
-        let pick = |k: usize| if i >> k & 1 == 1 { high[k] } else { low[k] };
-        (camera.look_at.eye - DVec3::new(pick(0), pick(1), pick(2))).dot(z)
-    };
+    let ahead = box_corners(bounds).map(|corner| (camera.look_at.eye - corner).dot(z));
     let (nearest, farthest) =
-        (0..8).map(ahead).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
+        ahead.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(*t), b.max(*t)));
     let room = 0.1 * (farthest - nearest) + 1e-6 * farthest.abs();
     if !(room > 0.0 && room.is_finite()) {
         return;
@@ -312,10 +309,9 @@ mod tests {
             assert!((moved.look_at.reference - camera.look_at.reference).length() < 1e-9);
             assert!((distance(&moved) - distance(&camera)).abs() < 1e-9);
             assert!(seen(&moved, camera.look_at.reference, 1.5).truncate().length() < 1e-9);
-            for i in 0..8 {
-                let pick = |k: usize| if i >> k & 1 == 1 { bounds.1[k] } else { bounds.0[k] };
-                let z = seen(&moved, DVec3::new(pick(0), pick(1), pick(2)), 1.5).z;
-                assert!((0.0..=1.0).contains(&z), "corner {i} at {z}");
+            for corner in box_corners(bounds) {
+                let z = seen(&moved, corner, 1.5).z;
+                assert!((0.0..=1.0).contains(&z), "{corner} at {z}");
             }
         }
         let mut once = Navigator::default();

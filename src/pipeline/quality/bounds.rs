@@ -31,7 +31,7 @@ use glam::{DMat3, DVec3, DVec4};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshBox {
     /// Low and high corner of the box around all positions.
-    pub bounds: [DVec3; 2],
+    pub bounds: (DVec3, DVec3),
     /// True if no vertex colour is transparent, negative or above 1.
     pub has_plain_colors: bool,
 }
@@ -39,9 +39,11 @@ pub struct MeshBox {
 impl MeshBox {
     /// Measures a mesh.
     pub fn of(mesh: &Mesh) -> MeshBox {
-        let (low, high) = mesh.bounds().unwrap_or_default();
         let is_plain = |c: &DVec4| c.max_element() <= 1.0 && c.min_element() >= 0.0 && c.w == 1.0;
-        MeshBox { bounds: [low, high], has_plain_colors: mesh.colors.iter().all(is_plain) }
+        MeshBox {
+            bounds: mesh.bounds().unwrap_or_default(),
+            has_plain_colors: mesh.colors.iter().all(is_plain),
+        }
     }
 }
 
@@ -221,7 +223,7 @@ impl<'c> ShadedObject<'c> {
 
     /// Returns a lower bound on the distance of the object from a point of the world.
     fn distance(&self, point: DVec3) -> Option<f64> {
-        let [low, high] = self.mesh_box.bounds;
+        let (low, high) = self.mesh_box.bounds;
         let inside = self.call.model.inverse().transform_point3(point);
         let distance = (inside - inside.clamp(low, high)).length() * self.scale;
         distance.is_finite().then_some(distance)

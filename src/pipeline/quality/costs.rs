@@ -5,8 +5,9 @@
 //! command and the frames that they come from. One unit is a nanosecond of that machine.
 
 use crate::pipeline::draw_call::DrawCall;
+use crate::pipeline::ndc_box::NdcBox;
 use crate::scene::{Filter, Light, LightKind, LightingModel, ShadeMode};
-use glam::{DMat4, DVec3, DVec4};
+use glam::DVec3;
 
 /// Covered pixel without light: clear, coverage, depth and a constant colour.
 const PIXEL: f64 = 4.0;
@@ -126,23 +127,11 @@ impl<'a> ObjectCosts<'a> {
     }
 }
 
-/// Returns an estimate of the pixels that a mesh covers: half of its bounding box on the screen.
-/// `to_clip` leads from the mesh's space to clip space; the viewport has `whole` pixels.
-pub(super) fn covered_pixels([low, high]: [DVec3; 2], to_clip: DMat4, whole: f64) -> f64 {
-    let (mut least, mut most) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for i in 0..8 {
-        let corner = |axis: usize| if (i >> axis) & 1 == 1 { high[axis] } else { low[axis] };
-        let p = to_clip * DVec4::new(corner(0), corner(1), corner(2), 1.0);
-        if p.w.is_nan() || p.w <= 0.0 {
-            return whole / 2.0;
-        }
-        for axis in 0..2 {
-            let at = (p[axis] / p.w).clamp(-1.0, 1.0);
-            (least[axis], most[axis]) = (least[axis].min(at), most[axis].max(at));
-        }
-    }
-    let part = (most[0] - least[0]) * (most[1] - least[1]) / 4.0;
-    if part.is_finite() { whole * part / 2.0 } else { 0.0 }
+/// Returns an estimate of the pixels that a mesh covers of a viewport of `area` pixels: half of the
+/// rectangle around it, or half of the viewport if there is none.
+pub(super) fn covered_pixels(ndc_box: Option<NdcBox>, area: f64) -> f64 {
+    let [width, height] = ndc_box.map_or([1.0; 2], |seen| seen.sides());
+    area * width * height / 2.0
 }
 
 #[cfg(test)]
@@ -150,11 +139,12 @@ mod tests {
     use super::*;
     use crate::pipeline::draw_call::SceneOptions;
     use crate::truth::scenes::{lit_triangle, object};
+    use glam::DMat4;
 
     #[test]
     fn half_of_the_box_on_the_screen_is_counted_as_covered() {
         let covered = |model: DMat4, low: [f64; 3], high: [f64; 3]| {
-            covered_pixels([low.into(), high.into()], model, 8000.0)
+            covered_pixels(NdcBox::of((low.into(), high.into()), &model), 8000.0)
         };
         // 5/8 of the frame's width and 3/8 of its height.
         assert_eq!(

@@ -5,6 +5,7 @@ use super::costs::{ObjectCosts, covered_pixels};
 use super::settings::QualitySettings;
 use super::{Budget, Choice, MeshShapes, exact_reason, steps_of_rounding};
 use crate::pipeline::draw_call::DrawCall;
+use crate::pipeline::ndc_box::NdcBox;
 use crate::scene::ShadeMode;
 use glam::DMat4;
 use std::iter;
@@ -46,14 +47,20 @@ pub fn prove(budget: &Budget, shapes: &mut MeshShapes) -> Choice {
 }
 
 /// Returns the settings of a single draw that are proven to stay within E, as [`prove`] does for a
-/// scene of one object.
-pub fn settings_of(call: &DrawCall, max_error: f64, shapes: &mut MeshShapes) -> QualitySettings {
+/// scene of one object; and the rectangle around its mesh on the screen, if it was computed.
+pub(crate) fn settings_of(
+    call: &DrawCall,
+    max_error: f64,
+    shapes: &mut MeshShapes,
+) -> (QualitySettings, Option<NdcBox>) {
     if exact_reason(call.hide, max_error).is_some() {
-        return QualitySettings::default();
+        return Default::default();
     }
     let to_clip = shapes.clip_matrix(call);
-    let chosen = to_clip.and_then(|to_clip| choose(call, max_error, to_clip, shapes));
-    chosen.and_then(|chosen| chosen.found).map(|found| found.settings).unwrap_or_default()
+    match to_clip.and_then(|to_clip| choose(call, max_error, to_clip, shapes)) {
+        Some(Chosen { found, ndc_box, .. }) => (found.map(|f| f.settings).unwrap_or_default(), ndc_box),
+        None => Default::default(),
+    }
 }
 
 /// What is chosen for a draw.
@@ -64,6 +71,8 @@ struct Chosen {
     found: Option<Proven>,
     /// True if measuring the mesh would cost more than two exact frames.
     is_unmeasured: bool,
+    /// Rectangle around the mesh on the screen; `None` if it reaches the eye.
+    ndc_box: Option<NdcBox>,
 }
 
 /// Chooses the settings of a draw; `None` if its mesh is drawn for the first time. `to_clip` leads
@@ -72,9 +81,10 @@ fn choose(call: &DrawCall, max_error: f64, to_clip: DMat4, shapes: &mut MeshShap
     let geometry = call.shared?;
     let mesh_box = shapes.box_of(geometry)?;
     let area = f64::from(call.viewport.width) * f64::from(call.viewport.height);
-    let costs = ObjectCosts::of(call, covered_pixels(mesh_box.bounds, to_clip * call.model, area));
+    let ndc_box = NdcBox::of(mesh_box.bounds, &(to_clip * call.model));
+    let costs = ObjectCosts::of(call, covered_pixels(ndc_box, area));
     let exact = costs.drawing(call.shade, light_indices(call)).sum();
-    let mut chosen = Chosen { exact, found: None, is_unmeasured: false };
+    let mut chosen = Chosen { exact, found: None, is_unmeasured: false, ndc_box };
     let may_pay = costs.drawing(call.shade, iter::empty()).sum() <= (1.0 - LEAST_SAVING) * exact;
     if !may_pay || !costs.choice_is_cheap(exact, light_indices(call).count()) {
         return Some(chosen);

@@ -21,6 +21,8 @@ pub struct MeshShapes {
     /// By address, which is not used again while there is a `Weak` of it.
     recent: HashMap<usize, MeshEntry>,
     older: HashMap<usize, MeshEntry>,
+    /// Box of the mesh of the last draw, by its address: the next draw is often of the same.
+    last_box: Option<(usize, MeshBox)>,
     measures_at_once: bool,
     measured_faces: u64,
     /// The last camera and aspect, and the matrix to clip space: the next draw mostly has the same.
@@ -51,13 +53,21 @@ impl MeshShapes {
 
     /// Counts a draw of a mesh, and returns its box; `None` the first time that it is seen.
     pub(super) fn box_of(&mut self, geometry: &Arc<Geometry>) -> Option<MeshBox> {
+        let address = Arc::as_ptr(geometry) as usize;
+        if let Some((last, mesh_box)) = self.last_box
+            && last == address
+        {
+            return Some(mesh_box);
+        }
         let measures_at_once = self.measures_at_once;
         let entry = self.entry(geometry);
         if entry.mesh_box.is_none() && (entry.was_drawn || measures_at_once) {
             entry.mesh_box = Some(MeshBox::of(&geometry.mesh));
         }
         entry.was_drawn = true;
-        entry.mesh_box
+        let mesh_box = entry.mesh_box;
+        self.last_box = mesh_box.map(|mesh_box| (address, mesh_box));
+        mesh_box
     }
 
     /// Returns the angles of a mesh, if it has any.

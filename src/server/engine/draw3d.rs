@@ -179,6 +179,7 @@ impl Engine {
             hide: self.rendering.view_overrides.hide.unwrap_or(s.hide),
             interp: s.interp,
             is_dark: false,
+            ndc_box: None,
             asked: (s.shade, s.hide),
         };
         draw.is_dark = is_dark(&draw.call());
@@ -247,7 +248,7 @@ impl Engine {
         let frame = self.framebuffer.area();
         let is_timed = self.may_suspend && drawing.is_long(frame);
         let Rendering { draw_times, renderer, .. } = &mut self.rendering;
-        let drawing = match is_timed && !draw_times.is_short(&drawing, frame, renderer) {
+        let drawing = match is_timed && !draw_times.is_short(&drawing, &self.framebuffer.target(), renderer) {
             true => match self.begin_draw_in_pieces(drawing) {
                 Ok(pieces) => return Ok(Progress::Pieces(Box::new(pieces))),
                 Err(drawing) => drawing,
@@ -256,7 +257,7 @@ impl Engine {
         };
         let begun = is_timed.then(Instant::now);
         let result = drawing.run(&mut self.rendering.renderer, &mut self.framebuffer.target());
-        if let Some(begun) = begun {
+        if let (Some(begun), Ok(_)) = (begun, &result) {
             self.rendering.draw_times.note(&drawing, Instant::now().duration_since(begun));
         }
         self.framebuffer.count_target();

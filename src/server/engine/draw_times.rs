@@ -1,26 +1,29 @@
-//! Times of the last draws, by which a draw that may take long is taken for a short one.
+//! Times of the last draws, by which the render thread runs a draw that the estimate calls long.
 //!
 //! The estimate of a draw takes every face of a larger mesh to fill the viewport, so that nearly
 //! each such draw would go to the drawing thread, which costs a small one up to half its time. A
 //! program that draws a mesh again and again is better served by what the last draw took.
 //!
 //! In: draws that the estimate calls long, and the times of those that ran. Out: whether the next
-//! one may run on the render thread. The answer is right if the other clients wait no longer than
-//! for a draw of an estimated [`MOST_NS`]: so the last time must be below [`LONG_NS`], with the same
-//! geometry and modes, and an upper bound of what the draw costs from wherever it is seen must be
-//! below [`MOST_NS`] (`MeshExtent` bounds the pixels; a pixel costs what the estimate says). The
-//! times decide only who draws: the bytes are the same.
+//! one may run on the render thread. It may if
+//!
+//! - the last draw with the same geometry and modes took at most [`LONG_NS`],
+//! - the tile renderer draws it, and all that it needs of its meshes has been computed, and
+//! - an upper bound of its time, wherever its meshes lie in view, is at most [`MOST_NS`].
+//!
+//! The answer is right if the other clients never wait longer than [`MOST_NS`]; `benches/waits.py`
+//! tries it. The bound adds what faces, vertices, light and pixels take at worst, with the pixels
+//! bounded by `MeshExtent`. The times decide only which thread draws: the bytes are the same.
 
-use super::drawing::{Drawing, LONG_NS, bound_ns};
-use crate::pipeline::Renderer;
-use crate::scene::{Cull, Geometry, HiddenSurface, ShadeMode};
+use super::drawing::{Drawing, LONG_NS, bound_ns, items_ns};
+use crate::pipeline::{Renderer, Target};
+use crate::scene::{Cull, Filter, Geometry, HiddenSurface, ShadeMode};
 use std::sync::{Arc, Weak};
 use std::time::Duration;
 
-/// Greatest bound, in nanoseconds, of a draw that is taken for a short one.
+/// Greatest bound, in nanoseconds, of a draw that the render thread runs: a wait that a user of a
+/// window hardly notices.
 pub(super) const MOST_NS: u64 = 40_000_000;
-/// Greatest number of faces of a geometry whose areas are added up.
-const MOST_FACES: usize = 400_000;
 /// Greatest number of objects of a scene that is remembered.
 const MOST_OBJECTS: usize = 16;
 /// Number of draws that are remembered.
@@ -34,7 +37,7 @@ struct Modes {
     hide: HiddenSurface,
     cull: Cull,
     lights: usize,
-    has_texture: bool,
+    filter: Option<Filter>,
 }
 
 /// Times of the last draws in nanoseconds, by their first geometry and modes; the oldest entry first.
@@ -42,21 +45,23 @@ struct Modes {
 pub(super) struct DrawTimes(Vec<(Weak<Geometry>, Modes, u64)>);
 
 impl DrawTimes {
-    /// Returns whether a draw by `renderer` is short by the last one like it. `frame` is the number
-    /// of pixels of the frame.
-    pub fn is_short(&self, drawing: &Drawing, frame: u64, renderer: &Renderer) -> bool {
+    /// Returns whether a draw on `target` by `renderer` is short by the last one like it.
+    pub fn is_short(&self, drawing: &Drawing, target: &Target, renderer: &mut Renderer) -> bool {
         let Some((first, modes)) = key_of(drawing) else { return false };
         let was_short = self.0.iter().any(|(of, m, ns)| is_of(of, first) && *m == modes && *ns <= LONG_NS);
-        was_short && bound_of(drawing, frame, renderer).is_some_and(|ns| ns <= MOST_NS)
+        was_short && bound_of(drawing, target, renderer).is_some_and(|ns| ns <= MOST_NS)
     }
 
-    /// Notes what a draw took.
+    /// Notes what a draw took that was not refused.
     pub fn note(&mut self, drawing: &Drawing, took: Duration) {
         let Some((first, modes)) = key_of(drawing) else { return };
         let ns = u64::try_from(took.as_nanos()).unwrap_or(u64::MAX);
         match self.0.iter_mut().find(|(of, m, _)| is_of(of, first) && *m == modes) {
             Some((.., last)) => *last = ns,
             None => {
+                if self.0.len() >= MOST_KEPT {
+                    self.0.retain(|(of, ..)| of.strong_count() > 0);
+                }
                 if self.0.len() >= MOST_KEPT {
                     self.0.remove(0);
                 }
@@ -66,16 +71,22 @@ impl DrawTimes {
     }
 }
 
-/// Returns an upper bound of the nanoseconds of a draw. Preparing a geometry takes longer than many
-/// draws, so there is none if one is not prepared, nor for lines and points.
-fn bound_of(drawing: &Drawing, frame: u64, renderer: &Renderer) -> Option<u64> {
-    drawing.sum_of_calls(frame, &mut |geometry, call| {
-        let mesh = &geometry.mesh;
-        if mesh.triangles.len() > MOST_FACES || !(mesh.lines.is_empty() && mesh.points.is_empty()) {
+/// Returns an upper bound of the nanoseconds of a draw on one thread; `None` if there is none, or one
+/// above [`MOST_NS`].
+fn bound_of(drawing: &Drawing, target: &Target, renderer: &mut Renderer) -> Option<u64> {
+    let frame = u64::from(target.memory.width()) * u64::from(target.memory.height());
+    let mut items = 0u64;
+    drawing.sum_of_calls(frame, &mut |call| {
+        // Measuring the extents of too many faces would itself take long.
+        items = items.saturating_add(items_ns(call));
+        if items > MOST_NS {
             return None;
         }
-        let extent = renderer.extent_of(geometry)?;
-        bound_ns(call, frame, |to_clip, view| extent.coverage(to_clip, view))
+        let extent = renderer.extent_by_tiles(target, call)?;
+        let view = [call.viewport.width, call.viewport.height].map(f64::from);
+        let camera = call.camera.matrices(view[0].max(1.0) / view[1].max(1.0)).ok()?;
+        let to_clip = camera.projection * camera.view * call.model;
+        Some(bound_ns(call, frame, extent.coverage(&to_clip, view)?))
     })
 }
 
@@ -96,7 +107,7 @@ fn key_of(drawing: &Drawing) -> Option<(&Arc<Geometry>, Modes)> {
                 hide: draw.hide,
                 cull: draw.cull,
                 lights: draw.lights.len(),
-                has_texture: draw.texture.is_some(),
+                filter: draw.texture.as_ref().map(|_| draw.sampling.filter),
             };
             Some((&draw.geometry, modes))
         }
@@ -109,7 +120,7 @@ fn key_of(drawing: &Drawing) -> Option<(&Arc<Geometry>, Modes)> {
                 hide: draw.options.hide,
                 cull: first.cull,
                 lights: draw.scene.lights.len(),
-                has_texture: first.texture.is_some(),
+                filter: first.texture.as_ref().map(|(_, sampling)| sampling.filter),
             };
             Some((&first.geometry, modes))
         }

@@ -8,10 +8,12 @@
 
 use crate::command::Command;
 use crate::memory::Reservation;
-use crate::pipeline::{CoverageBound, DrawCall, DrawStats, PipelineError, Renderer, SceneOptions, Target};
+use crate::pipeline::{
+    CoverageBound, DrawCall, DrawStats, NdcBox, PipelineError, Renderer, SceneOptions, Target,
+};
 use crate::scene::{
-    Camera, Cull, FillStyle, Geometry, HiddenSurface, Interpolation, Light, Material, Sampling, Scene,
-    ShadeMode, Texture, Viewport,
+    Camera, Cull, FillStyle, Filter, Geometry, HiddenSurface, Interpolation, Light, Material, Sampling,
+    Scene, ShadeMode, Texture, Viewport,
 };
 use glam::{DMat4, DVec3};
 use std::fmt;
@@ -43,6 +45,8 @@ pub(in crate::server) struct MeshDraw {
     pub interp: Interpolation,
     /// Set if the draw is certainly black, whatever `QUALITY` makes of it.
     pub is_dark: bool,
+    /// Rectangle around the mesh on the screen, if it was computed.
+    pub ndc_box: Option<NdcBox>,
     /// The session's own modes, which `STATS` names.
     pub asked: (ShadeMode, HiddenSurface),
 }
@@ -96,6 +100,11 @@ const LIGHT_NS: u64 = 4;
 const SKY_NS: u64 = 30;
 /// Estimated nanoseconds of a pixel of a face that is covered, and its depth tested, but not seen.
 const RASTER_NS: f64 = 1.0;
+/// Estimated nanoseconds of a pixel of a face's perimeter: of the tiles and rows that a long, thin
+/// face passes through.
+const EDGE_PIXEL_NS: f64 = 5.0;
+/// Estimated nanoseconds of a pixel's texture by the tile renderer, with texels far from each other.
+const TILE_TEXTURE_NS: u64 = 50;
 
 impl fmt::Debug for Drawing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -149,18 +158,14 @@ impl Drawing {
 
     /// Returns the sum of a figure over the draw's calls, if each has one, and of the estimated
     /// nanoseconds of what is behind the objects of a scene.
-    pub fn sum_of_calls(
-        &self,
-        frame: u64,
-        figure: &mut dyn FnMut(&Arc<Geometry>, &DrawCall) -> Option<u64>,
-    ) -> Option<u64> {
+    pub fn sum_of_calls(&self, frame: u64, figure: &mut dyn FnMut(&DrawCall) -> Option<u64>) -> Option<u64> {
         match self {
-            Drawing::Mesh(draw) => figure(&draw.geometry, &draw.call()),
+            Drawing::Mesh(draw) => figure(&draw.call()),
             Drawing::Scene(draw) => {
                 let SceneDraw { scene, options, .. } = &**draw;
                 scene.objects.iter().try_fold(backdrop_ns(scene, frame), |sum, object| {
                     let call = DrawCall::of_object(object, scene, options);
-                    Some(figure(&object.geometry, &call)?.saturating_add(sum).saturating_add(OBJECT_NS))
+                    Some(figure(&call)?.saturating_add(sum).saturating_add(OBJECT_NS))
                 })
             }
         }
@@ -176,7 +181,7 @@ impl Drawing {
     /// that is long if it is more than that.
     pub fn estimated_ns(&self, frame: u64) -> u64 {
         match self {
-            Drawing::Mesh(draw) => draw_ns(&draw.call(), frame),
+            Drawing::Mesh(draw) => draw_ns(&draw.call(), frame, draw.ndc_box),
             Drawing::Scene(draw) => {
                 let SceneDraw { scene, options, .. } = &**draw;
                 let mut sum = backdrop_ns(scene, frame);
@@ -185,7 +190,7 @@ impl Drawing {
                         break;
                     }
                     let call = DrawCall::of_object(object, scene, options);
-                    sum = sum.saturating_add(OBJECT_NS + draw_ns(&call, frame));
+                    sum = sum.saturating_add(OBJECT_NS + draw_ns(&call, frame, None));
                 }
                 sum
             }
@@ -198,18 +203,19 @@ fn backdrop_ns(scene: &Scene, frame: u64) -> u64 {
     if scene.sky.is_some() { frame * SKY_NS } else { frame / 4 }
 }
 
-/// Estimates the nanoseconds of a draw on one thread, rather too many than too few.
-fn draw_ns(call: &DrawCall, frame: u64) -> u64 {
-    let (items, pixel_ns) = (items_ns(call), pixel_ns(call));
+/// Estimates the nanoseconds of a draw on one thread, rather too many than too few. `ndc_box` is the
+/// rectangle around its mesh on the screen, if it was computed.
+fn draw_ns(call: &DrawCall, frame: u64, ndc_box: Option<NdcBox>) -> u64 {
+    let (items, pixel_ns) = (items_ns(call), pixel_ns(call) + texture_ns(call));
     if items > LONG_NS {
         return items;
     }
     let most = (LONG_NS / pixel_ns).saturating_add(1);
-    items + covered_pixels(call, frame, most).saturating_mul(pixel_ns)
+    items + covered_pixels(call, frame, most, ndc_box).saturating_mul(pixel_ns)
 }
 
 /// Estimates the nanoseconds of a draw's faces, lines and points beside their pixels.
-fn items_ns(call: &DrawCall) -> u64 {
+pub(super) fn items_ns(call: &DrawCall) -> u64 {
     let mesh = &call.geometry.mesh;
     let is_ordered = call.hide == HiddenSurface::Painter || call.shade == ShadeMode::Wire;
     let face_ns = if is_ordered { ORDERED_FACE_NS } else { FACE_NS };
@@ -217,11 +223,27 @@ fn items_ns(call: &DrawCall) -> u64 {
     mesh.triangles.len() as u64 * face_ns + mesh.positions.len() as u64 * FACE_NS + figures
 }
 
-/// Estimates the nanoseconds of a pixel of a draw.
+/// Estimates the nanoseconds of a pixel of a draw without its texture.
 fn pixel_ns(call: &DrawCall) -> u64 {
     let lights = if call.shade == ShadeMode::Phong { call.lights.len() as u64 } else { 0 };
     let pixel = if is_plain(call) { PLAIN_PIXEL_NS } else { PIXEL_NS };
     pixel + LIGHT_NS * lights
+}
+
+/// Returns whether a draw may be textured.
+fn has_texture(call: &DrawCall) -> bool {
+    call.texture.is_some() || call.geometry.textures.iter().any(Option::is_some)
+}
+
+/// Estimates the nanoseconds of a pixel's texture by the paths for blended faces, which take the most.
+fn texture_ns(call: &DrawCall) -> u64 {
+    match call.sampling.filter {
+        _ if !has_texture(call) => 0,
+        Filter::Nearest => 40,
+        Filter::Bilinear => 80,
+        Filter::Mipmap => 120,
+        Filter::Trilinear => 180,
+    }
 }
 
 /// Returns whether only the plain path draws a call's faces.
@@ -229,47 +251,24 @@ fn is_plain(call: &DrawCall) -> bool {
     call.shade == ShadeMode::Wire || call.stages.is_some() || call.fill != FillStyle::default()
 }
 
-/// Returns whether every pixel of a call's faces is shaded once, however many of them cover it:
-/// they are opaque and tested by depth.
-fn is_shaded_once(call: &DrawCall) -> bool {
-    let Geometry { mesh, textures } = call.geometry;
-    let mut materials = mesh.materials.iter().chain(call.back_material).chain([call.material]);
-    let mut textures = textures.iter().filter_map(|t| t.as_deref()).chain(call.texture);
-    call.hide == HiddenSurface::ZBuffer
-        && !is_plain(call)
-        && mesh.colors.is_empty()
-        && materials.all(|m| m.transparency <= 0.0)
-        && !textures.any(Texture::has_alpha)
-}
-
-/// Estimates the nanoseconds of a draw on one thread, rather too many than too few, wherever its
-/// faces lie; `pixels` bounds their pixels by the projection from object space and the viewport.
-/// `None` if there is no bound, and for wireframes.
-pub(super) fn bound_ns(
-    call: &DrawCall,
-    frame: u64,
-    pixels: impl FnOnce(&DMat4, [f64; 2]) -> Option<CoverageBound>,
-) -> Option<u64> {
-    if call.shade == ShadeMode::Wire {
-        return None;
-    }
-    let view = [call.viewport.width, call.viewport.height].map(f64::from);
-    let camera = call.camera.matrices(view[0].max(1.0) / view[1].max(1.0)).ok()?;
-    let CoverageBound { covered, boxed } = pixels(&(camera.projection * camera.view * call.model), view)?;
-    let (boxed, faces) = (boxed.min(frame as f64), call.geometry.mesh.triangles.len() as f64);
-    // A face covers a centre more than its area at most, in the mean.
-    let covered = (covered + faces).min(boxed * faces);
-    let shaded = if is_shaded_once(call) { covered.min(boxed) } else { covered };
-    let pixels_ns = (covered * RASTER_NS + shaded * pixel_ns(call) as f64) as u64;
-    Some(items_ns(call).saturating_add(lit_items_ns(call)).saturating_add(pixels_ns))
+/// Returns an upper bound of the nanoseconds that the tile renderer takes for a draw on one thread.
+pub(super) fn bound_ns(call: &DrawCall, frame: u64, coverage: CoverageBound) -> u64 {
+    let CoverageBound { covered, perimeter, boxed } = coverage;
+    // With a depth test every pixel is shaded once, however many faces cover it.
+    let shaded =
+        if call.hide == HiddenSurface::ZBuffer { covered.min(boxed).min(frame as f64) } else { covered };
+    let texture_ns = if has_texture(call) { TILE_TEXTURE_NS } else { 0 };
+    let shading = shaded * (pixel_ns(call) + texture_ns) as f64;
+    let pixels = covered * RASTER_NS + perimeter * EDGE_PIXEL_NS + shading;
+    items_ns(call).saturating_add(lit_items_ns(call)).saturating_add(pixels as u64)
 }
 
 /// Estimates the nanoseconds of the light of a draw's vertices or faces.
 fn lit_items_ns(call: &DrawCall) -> u64 {
     let mesh = &call.geometry.mesh;
     let items = match call.shade {
-        ShadeMode::Gouraud => mesh.positions.len().max(mesh.normals.len()),
-        ShadeMode::Flat => mesh.polygons.len(),
+        ShadeMode::Gouraud => mesh.corners.len(),
+        ShadeMode::Flat => mesh.triangles.len(),
         ShadeMode::Phong | ShadeMode::Wire => 0,
     };
     (items as u64).saturating_mul(LIGHT_NS * call.lights.len() as u64)
@@ -277,7 +276,7 @@ fn lit_items_ns(call: &DrawCall) -> u64 {
 
 /// Returns an upper bound of the pixels that faces and lines cover, each of them counted by itself;
 /// any number above `most` if there are more.
-fn covered_pixels(call: &DrawCall, frame: u64, most: u64) -> u64 {
+fn covered_pixels(call: &DrawCall, frame: u64, most: u64, ndc_box: Option<NdcBox>) -> u64 {
     let mesh = &call.geometry.mesh;
     let view = [call.viewport.width, call.viewport.height].map(f64::from);
     let whole = (view[0] * view[1]).min(frame as f64) as u64;
@@ -287,11 +286,23 @@ fn covered_pixels(call: &DrawCall, frame: u64, most: u64) -> u64 {
     let line = ((view[0].max(view[1]) as u64).min(frame)).saturating_mul(width).min(whole);
     let lines = ((mesh.lines.len() + edges) as u64).saturating_mul(line);
     let faces = mesh.triangles.len();
+    // Each face covers at most what all of them do, which is little in most draws.
+    let within = |boxed: NdcBox| {
+        let pixels = (boxed.pixels(view) as u64).min(whole).saturating_mul(faces as u64);
+        Some(lines.saturating_add(pixels)).filter(|sum| *sum <= most)
+    };
+    if let Some(sum) = ndc_box.filter(|_| faces <= FEW_FACES).and_then(within) {
+        return sum;
+    }
     let Ok(camera) = call.camera.matrices(view[0].max(1.0) / view[1].max(1.0)) else { return 0 };
     if faces > FEW_FACES {
         return lines.saturating_add(whole.saturating_mul(faces as u64));
     }
     let to_clip = camera.projection * camera.view * call.model;
+    let bounds = if mesh.positions.len() <= 3 * faces { mesh.bounds() } else { None };
+    if let Some(sum) = bounds.and_then(|bounds| NdcBox::of(bounds, &to_clip)).and_then(within) {
+        return sum;
+    }
     let mut sum = lines;
     for triangle in &mesh.triangles {
         sum = sum.saturating_add(face_box(call, triangle, &to_clip, view).min(whole));

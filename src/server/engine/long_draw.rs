@@ -304,8 +304,10 @@ impl Engine {
     /// Completes a draw whose frame is back. Returns `true`.
     fn end_long_draw(&mut self, s: &mut Session, ended: Ended) -> Result<bool, Fault> {
         self.take_back(ended.renderer);
-        self.rendering.draw_times.note(&ended.drawing, ended.took);
         let result = ended.result.ok_or_else(|| self.note_defect())?;
+        if result.is_ok() {
+            self.rendering.draw_times.note(&ended.drawing, ended.took);
+        }
         self.end_drawing(s, &ended.drawing, result)?;
         Ok(true)
     }

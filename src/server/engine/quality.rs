@@ -23,7 +23,8 @@ impl Engine {
     /// Gives a `DRAW` the settings of its session's quality.
     pub(super) fn cheapen_draw(&mut self, s: &Session, draw: &mut MeshDraw) {
         let Some(max_error) = self.max_error(s) else { return };
-        let chosen = settings_of(&draw.call(), max_error, &mut self.rendering.shapes);
+        let (chosen, ndc_box) = settings_of(&draw.call(), max_error, &mut self.rendering.shapes);
+        draw.ndc_box = ndc_box;
         draw.shade = chosen.shade.unwrap_or(draw.shade);
         if let Some(lights) = chosen.lights {
             draw.lights = lights.iter().map(|i| draw.lights[*i as usize]).collect();

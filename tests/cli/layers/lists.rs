@@ -100,6 +100,7 @@ pub const PIPELINE: Edges = &[
     ("preemption", &["draw_call"]),
     ("backdrop", &["draw_call", "preemption", "viewport"]),
     ("occlusion_history", &["draw_call"]),
+    ("mesh_extent", &["ndc_box"]),
     ("geometry_cache", &["draw_call", "indexed_mesh", "mesh_extent", "normals", "occlusion_history"]),
     ("empty_draw", &["draw_call"]),
     ("planner", &["draw_call", "geometry_cache", "light", "plan", "vertex", "working"]),
@@ -242,7 +243,7 @@ pub const PIPELINE: Edges = &[
             "worst_case",
         ],
     ),
-    ("quality", &["draw_call", "normals"]),
+    ("quality", &["draw_call", "ndc_box", "normals"]),
     (
         "trace",
         &[
