@@ -65,23 +65,38 @@ mod tests {
         if (v * 256.0).is_finite() { scaled_integer } else { scaled_integer * 256 }
     }
 
-    /// Computes the exact colour of pixel (x, y) from the definition, in arbitrary precision.
-    fn truth(points: [[f64; 2]; 3], colors: [Rgba; 3], x: i32, y: i32) -> Rgba {
-        let p = points.map(|q| q.map(snap));
-        let q = [x, y].map(|v| BigInt::from(v) * 256 + 128);
-        let cross = |a: &[BigInt; 2], b: &[BigInt; 2], c: &[BigInt; 2]| {
-            (&b[0] - &a[0]) * (&c[1] - &a[1]) - (&c[0] - &a[0]) * (&b[1] - &a[1])
-        };
-        let area = cross(&p[0], &p[1], &p[2]);
-        let weight = [cross(&p[1], &p[2], &q), cross(&p[2], &p[0], &q), cross(&p[0], &p[1], &q)];
-        std::array::from_fn(|k| {
-            let sum: BigInt = (0..3).map(|i| &weight[i] * colors[i][k]).sum();
-            // floor(sum / area + 1/2), with the sign flipped where needed so that the divisor is
-            // positive.
-            let (n, d): (BigInt, BigInt) = (sum * 2 + &area, &area * 2);
-            let (n, d) = if d < BigInt::from(0) { (-n, -d) } else { (n, d) };
-            u8::try_from(num_integer::Integer::div_floor(&n, &d)).unwrap()
-        })
+    /// Returns twice the signed area of a triangle.
+    fn cross(a: &[BigInt; 2], b: &[BigInt; 2], c: &[BigInt; 2]) -> BigInt {
+        (&b[0] - &a[0]) * (&c[1] - &a[1]) - (&c[0] - &a[0]) * (&b[1] - &a[1])
+    }
+
+    /// Exact colours of a triangle by the definition, in arbitrary precision.
+    struct Truth {
+        corners: [[BigInt; 2]; 3],
+        area: BigInt,
+        colors: [Rgba; 3],
+    }
+
+    impl Truth {
+        fn new(points: [[f64; 2]; 3], colors: [Rgba; 3]) -> Self {
+            let corners = points.map(|point| point.map(snap));
+            Truth { area: cross(&corners[0], &corners[1], &corners[2]), corners, colors }
+        }
+
+        /// Computes the colour of pixel (x, y).
+        fn at(&self, x: i32, y: i32) -> Rgba {
+            let Truth { corners: p, area, colors } = self;
+            let q = [x, y].map(|v| BigInt::from(v) * 256 + 128);
+            let weight = [cross(&p[1], &p[2], &q), cross(&p[2], &p[0], &q), cross(&p[0], &p[1], &q)];
+            std::array::from_fn(|k| {
+                let sum: BigInt = (0..3).map(|i| &weight[i] * colors[i][k]).sum();
+                // floor(sum / area + 1/2), with the sign flipped where needed so that the divisor is
+                // positive.
+                let (n, d): (BigInt, BigInt) = (sum * 2 + area, area * 2);
+                let (n, d) = if d < BigInt::from(0) { (-n, -d) } else { (n, d) };
+                u8::try_from(num_integer::Integer::div_floor(&n, &d)).unwrap()
+            })
+        }
     }
 
     fn check(points: [[f64; 2]; 3], colors: [Rgba; 3], blend: Blend) {
@@ -90,9 +105,10 @@ mod tests {
         want.clear([40, 90, 160, 200]);
         fill(&mut got, points, AreaColors::Three(colors), blend);
         let clip = PixelRect { x0: 0, y0: 0, x1: W as i32, y1: H as i32 };
+        let truth = Truth::new(points, colors);
         SnappedTriangle::new(points).for_each_span(clip, |y, xs| {
             for x in xs {
-                crate::draw2d::put_pixel(&mut want, x, y, truth(points, colors, x, y), blend);
+                crate::draw2d::put_pixel(&mut want, x, y, truth.at(x, y), blend);
             }
         });
         assert_eq!(got.bytes(), want.bytes(), "{points:?} {colors:?} {blend:?}");
@@ -197,7 +213,7 @@ mod tests {
         ] {
             fill(&mut m, points, AreaColors::Three(colors), Blend::Replace);
             let (x, y) = (1500, 500);
-            assert_eq!(m.get_pixel(x, y).unwrap(), truth(points, colors, x, y));
+            assert_eq!(m.get_pixel(x, y).unwrap(), Truth::new(points, colors).at(x, y));
         }
         assert!(begun.elapsed().as_secs() < 60, "it hung");
     }

@@ -17,7 +17,7 @@ use std::hint::black_box;
 use std::sync::{Arc, Barrier};
 
 /// Number of counted frames.
-const FRAMES: usize = 600;
+const FRAMES: usize = 4 * INJECTOR_BLOCK;
 
 /// Jobs in a block of the queue through which rayon's pool receives each frame. These blocks are
 /// rayon's, and the only memory that is allocated again.
