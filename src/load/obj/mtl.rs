@@ -133,7 +133,7 @@ impl Check<'_> {
                     _ => return Err(self.syntax("illum is a whole number from 0 to 10", first)),
                 }
             }
-            b"map_Kd" => self.texture(arguments)?,
+            b"map_Kd" => self.texture(arguments),
             b"Ni" | b"Tf" | b"sharpness" | b"Km" | b"map_aat" => {}
             b"map_Ka" | b"map_Ks" | b"map_Ke" | b"map_Ns" | b"map_NS" | b"map_ns" | b"map_d"
             | b"map_Bump" | b"map_bump" | b"map_Tr" | b"bump" | b"disp" | b"decal" | b"refl" | b"norm"
@@ -197,7 +197,7 @@ impl Check<'_> {
 
     /// Handles `map_Kd [options] name`. The name may contain blanks; options that would change the
     /// picture and are not supported get a warning.
-    fn texture(&mut self, arguments: &[u8]) -> Result<(), LoadError> {
+    fn texture(&mut self, arguments: &[u8]) {
         let mut rest = arguments;
         let mut placement = Placement::default();
         while rest.starts_with(b"-") {
@@ -240,10 +240,11 @@ impl Check<'_> {
         }
         let name = text(rest).trim().to_owned();
         if name.is_empty() {
-            return Err(self.syntax("map_Kd is followed by a file's name", arguments));
+            // Some exporters write an empty one for a material without a texture.
+            self.warn_of(b"map_Kd", "names no file: the material has no texture");
+            return;
         }
         writeln!(self.out, "map_Kd {name}").expect("memory can be written");
-        Ok(())
     }
 }
 

@@ -206,7 +206,6 @@ fn what_is_malformed_is_refused_with_its_line() {
         ),
         ("vt", "m.obj:4: a texture coordinate has 1 to 3 numbers, found \"\""),
         ("vn 0 0", "m.obj:4: a normal has 3 numbers, found \"0 0\""),
-        ("mtllib  ", "m.obj:4: mtllib is followed by a file's name, found \"\""),
         ("f 1 \\\n2 \\\n9\n", "m.obj:4: position index 9 names none of the 3 there are"),
         ("1 2 3", "m.obj:4: expected an OBJ statement, found \"1\""),
         ("\0\0\0", "m.obj:4: expected an OBJ statement, found \"\\0\\0\\0\""),
@@ -365,7 +364,6 @@ fn a_malformed_material_is_refused_with_its_line() {
         ("newmtl a\nTr -", "l.mtl:2: a transparency must be a finite number, found \"-\""),
         ("newmtl a\nillum 99", "l.mtl:2: illum is a whole number from 0 to 10, found \"99\""),
         ("newmtl a\nillum", "l.mtl:2: illum is a whole number from 0 to 10, found \"\""),
-        ("newmtl a\nmap_Kd", "l.mtl:2: map_Kd is followed by a file's name, found \"\""),
         ("newmtl", "l.mtl:1: newmtl is followed by a material's name, found \"\""),
         ("newmtl \u{a0}", "l.mtl:1: newmtl is followed by a material's name, found \"\\u{a0}\""),
         ("newmtl a\n\u{1}", "l.mtl:2: expected an MTL statement, found \"\\u{1}\""),
@@ -374,6 +372,22 @@ fn a_malformed_material_is_refused_with_its_line() {
         let error = load_with(obj, &[("l.mtl", mtl.as_bytes())]).unwrap_err();
         assert_eq!((error.code(), error.to_string().as_str()), (Code::Format, reason));
     }
+}
+
+#[test]
+fn statements_that_name_no_file_are_left_out_with_a_warning() {
+    let obj = format!("mtllib \n{}", faces_of(&["a"]).replace("my lib", "l"));
+    let mtl = b"newmtl a\nKd 1 0 0\nmap_Kd\nmap_Kd -clamp on \n";
+    let loaded = load_with(obj, &[("l.mtl", mtl)]).unwrap();
+    assert_eq!(
+        warnings(&loaded),
+        [
+            "m.obj:1: warning: \"mtllib\" names no file: it is left out",
+            "l.mtl:3: warning: \"map_Kd\" names no file: the material has no texture",
+        ]
+    );
+    assert_eq!(loaded.geometry.mesh.materials[0].kd, DVec3::X);
+    assert!(loaded.geometry.textures.iter().all(Option::is_none));
 }
 
 const WHOLE: &[u8] = b"\xef\xbb\xbf# c\nmtllib l.mtl\nv 0 0 0 1 0 0\nv 1.5e0 0 0 0 1 0\nv 0 1 -.5 0 0 1\nv 1 1 \\\n1 1 1 1\nvt 0 0\nvt 1 0\nvn 0 0 1\n\

@@ -34,10 +34,10 @@ impl Lexer<'_> {
             b"s" => self.smoothing_group = smoothing_group(arguments),
             b"mtllib" => {
                 let names = text(arguments).trim().to_owned();
-                if names.is_empty() {
-                    return Err(self.syntax("mtllib is followed by a file's name", arguments));
+                match names.is_empty() {
+                    true => self.warn_of(b"mtllib", "names no file: it is left out"),
+                    false => self.elements.libraries.push((names, self.line)),
                 }
-                self.elements.libraries.push((names, self.line));
             }
             _ => {}
         }
