@@ -181,7 +181,7 @@ fn cloud(facets: usize, reach: f64, pixels: [u32; 2]) -> EyeScene {
 pub(super) fn scaling_with_facets(effort: &Effort) -> Vec<Scaling> {
     let counts: &[usize] =
         effort.pick(&[100, 1_000, 10_000], &[100, 316, 1_000, 3_162, 10_000, 31_623, 100_000]);
-    let pixels = effort.pick([160, 120], [640, 480]);
+    let pixels = effort.pick([96, 72], [640, 480]);
     let grow = |title: &str, reach: &dyn Fn(usize) -> f64| {
         let points = counts.iter().map(|&count| {
             let scene = cloud(count, reach(count), pixels);

@@ -223,7 +223,7 @@ fn cases() -> Vec<Case> {
 }
 
 /// Number of counted frames of a scene, and the most jobs that each sends to the pool.
-const SCENE_FRAMES: usize = 12;
+const SCENE_FRAMES: usize = 8;
 const HANDED: usize = 8;
 
 #[test]

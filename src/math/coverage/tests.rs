@@ -89,7 +89,7 @@ fn triangle() -> impl Strategy<Value = [[f64; 2]; 3]> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 100_000, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 60_000, ..ProptestConfig::default() })]
 
     #[test]
     fn a_rectangle_is_full_or_empty_only_where_its_pixels_are(
