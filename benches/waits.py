@@ -131,8 +131,8 @@ def textured_layers(count):
 
 def fan(corners, radius):
     """Returns an OBJ file of one polygon."""
-    turns = [2 * math.pi * i / corners for i in range(corners)]
-    lines = [f"v {radius * math.cos(a)} {radius * math.sin(a)} 0" for a in turns]
+    angles = [2 * math.pi * i / corners for i in range(corners)]
+    lines = [f"v {radius * math.cos(a)} {radius * math.sin(a)} 0" for a in angles]
     return ("\n".join(lines) + "\nf " + " ".join(str(i + 1) for i in range(corners)) + "\n").encode()
 
 

@@ -6,9 +6,9 @@
 //! perimeter in space at most, times the largest scales that the projection has in the mesh's box;
 //! and a convex figure of area A and perimeter P holds at most A + P/2 + 1 points of a grid.
 
-use super::ndc_box::NdcBox;
+use super::ndc_box::{ClipTransform, NdcBox};
 use crate::scene::Mesh;
-use glam::{DMat4, DVec3};
+use glam::DVec3;
 
 /// Upper bounds of the pixels that the faces of a mesh cover.
 #[derive(Clone, Copy, Debug)]
@@ -50,17 +50,18 @@ impl MeshExtent {
 
     /// Returns upper bounds of the pixels that the faces cover, in a viewport of `view` pixels;
     /// `None` if they may reach the eye's plane.
-    pub fn coverage(&self, to_clip: &DMat4, view: [f64; 2]) -> Option<CoverageBound> {
+    pub fn coverage(&self, to_clip: &ClipTransform, view: [f64; 2]) -> Option<CoverageBound> {
         let seen = NdcBox::of(self.bounds, to_clip)?;
         // The derivative of x / w is (dx - x / w dw) / w, and |x / w| is at most `reach` where the
         // faces are seen.
         let scale = |axis: usize| {
             let reach = seen.low[axis].abs().max(seen.high[axis].abs());
-            let [row, w] = [axis, 3].map(|row| to_clip.row(row).truncate().length());
+            let [row, w] = [axis, 3].map(|row| to_clip.matrix().row(row).truncate().length());
             (row + reach * w) / seen.nearest_w * view[axis] / 2.0
         };
         let (scales, boxed) = ([scale(0), scale(1)], seen.pixels(view));
-        let perimeter = self.perimeter * scales[0].max(scales[1]);
+        // A length grows by both scales at most, as the directions that they belong to may be equal.
+        let perimeter = self.perimeter * scales[0].hypot(scales[1]);
         let covered = self.area * scales[0] * scales[1] + perimeter / 2.0 + self.faces;
         Some(CoverageBound { covered: covered.min(boxed * self.faces), perimeter, boxed })
     }
@@ -70,7 +71,7 @@ impl MeshExtent {
 mod tests {
     use super::*;
     use crate::scene::{Camera, LookAt, Projection, shapes};
-    use glam::DVec2;
+    use glam::{DMat4, DVec2};
 
     fn knot() -> Mesh {
         shapes::knot(120, 24).unwrap()
@@ -80,41 +81,71 @@ mod tests {
         MeshExtent::of(mesh, mesh.bounds().unwrap())
     }
 
-    /// Returns the projection of an eye at `from` on the z axis, onto 400x300 pixels.
-    fn seen_from(from: f64, projection: Projection) -> DMat4 {
+    /// Returns the transform of an eye at `from` on the z axis, onto 400x300 pixels.
+    fn seen_from(from: f64, projection: Projection) -> ClipTransform {
         let look_at = LookAt { eye: DVec3::new(0.0, 0.0, from), ..Camera::default().look_at };
-        let matrices = Camera { look_at, projection }.matrices(4.0 / 3.0).unwrap();
-        matrices.projection * matrices.view
+        ClipTransform::of(&Camera { look_at, projection }.matrices(4.0 / 3.0).unwrap())
+    }
+
+    /// Returns the sums of the faces' areas and perimeters in a view of these pixels.
+    fn drawn(mesh: &Mesh, to_clip: &ClipTransform, view: [f64; 2]) -> [f64; 2] {
+        let on_screen = |corner: u32| {
+            let position = mesh.positions[mesh.corners[corner as usize].position as usize];
+            let clip = *to_clip.matrix() * position.extend(1.0);
+            DVec2::new(clip.x / clip.w * view[0] / 2.0, clip.y / clip.w * view[1] / 2.0)
+        };
+        let (mut area, mut perimeter) = (0.0, 0.0);
+        for triangle in &mesh.triangles {
+            let [a, b, c] = triangle.map(on_screen);
+            area += (b - a).perp_dot(c - a).abs() / 2.0;
+            perimeter += a.distance(b) + b.distance(c) + c.distance(a);
+        }
+        [area, perimeter]
     }
 
     #[test]
     fn no_view_of_a_mesh_covers_more_pixels_than_the_bound() {
         let mesh = knot();
-        let extent = extent_of(&mesh);
-        let view = [400.0, 300.0];
+        let (extent, view) = (extent_of(&mesh), [400.0, 300.0]);
         let parallel = Projection::Ortho { window: [-4.0, 4.0, -3.0, 3.0], near: 0.1, far: 100.0 };
+        // Pixels beyond the viewport are not bounded; these views have none.
         for projection in [Camera::default().projection, parallel] {
             for (from, turn) in [(5.0, 0.0), (5.0, 1.1), (8.0, 0.4), (20.0, 2.0)] {
-                let to_clip = seen_from(from, projection) * DMat4::from_rotation_x(turn);
+                let to_clip = seen_from(from, projection).after(&DMat4::from_rotation_x(turn));
                 let bound = extent.coverage(&to_clip, view).unwrap();
-                let on_screen = |corner: u32| {
-                    let clip =
-                        to_clip * mesh.positions[mesh.corners[corner as usize].position as usize].extend(1.0);
-                    DVec2::new(clip.x / clip.w * view[0] / 2.0, clip.y / clip.w * view[1] / 2.0)
-                };
-                let (mut area, mut perimeter) = (0.0, 0.0);
-                for triangle in &mesh.triangles {
-                    let [a, b, c] = triangle.map(on_screen);
-                    area += (b - a).perp_dot(c - a).abs() / 2.0;
-                    perimeter += a.distance(b) + b.distance(c) + c.distance(a);
-                }
-                // Pixels beyond the viewport are not bounded; these views have none.
+                let [area, perimeter] = drawn(&mesh, &to_clip, view);
                 let covered = area + perimeter / 2.0 + extent.faces;
                 assert!(covered <= bound.covered, "{from} {turn}: {covered} {bound:?}");
                 assert!(bound.covered < 12.0 * covered, "{from} {turn}: {covered} {bound:?}");
-                assert!(perimeter <= bound.perimeter && bound.perimeter < 4.0 * perimeter, "{bound:?}");
+                assert!(perimeter <= bound.perimeter && bound.perimeter < 5.0 * perimeter, "{bound:?}");
             }
         }
+    }
+
+    #[test]
+    fn lengths_along_both_axes_are_bounded() {
+        // A needle along x that is scaled, and then turned onto the diagonal.
+        let corners = [DVec3::ZERO, DVec3::X * 1e-3, DVec3::new(0.0, 1e-9, 0.0)];
+        let mesh = Mesh::from_triangles(corners.to_vec(), &[[0, 1, 2]]);
+        let view = [400.0, 400.0];
+        let (turn, scale) = (DMat4::from_rotation_z(0.785), DMat4::from_scale(DVec3::new(1e3, 1.0, 1.0)));
+        let to_clip = ClipTransform::of_projection(turn * scale);
+        let [_, perimeter] = drawn(&mesh, &to_clip, view);
+        let bound = extent_of(&mesh).coverage(&to_clip, view).unwrap();
+        assert!(perimeter <= bound.perimeter && bound.perimeter < 1.01 * perimeter, "{perimeter} {bound:?}");
+        // At the corner of a wide view both axes grow towards the corner.
+        let wide = Projection::Perspective { fov_rad: 2.6, near: 0.01, far: 100.0, on_smaller_side: true };
+        let to_clip = ClipTransform::of(
+            &Camera { look_at: LookAt { eye: DVec3::Z, ..Camera::default().look_at }, projection: wide }
+                .matrices(1.0)
+                .unwrap(),
+        );
+        let corners =
+            [DVec3::new(3.4, 3.4, 0.0), DVec3::new(3.4, 3.4, 0.05), DVec3::new(3.4, 3.4 + 1e-9, 0.0)];
+        let mesh = Mesh::from_triangles(corners.to_vec(), &[[0, 1, 2]]);
+        let [_, perimeter] = drawn(&mesh, &to_clip, view);
+        let bound = extent_of(&mesh).coverage(&to_clip, view).unwrap();
+        assert!(perimeter <= bound.perimeter, "{perimeter} {bound:?}");
     }
 
     #[test]
@@ -122,9 +153,10 @@ mod tests {
         // A face of 300 x 0.02 pixels along a row of centres covers 150 of them.
         let sliver = [DVec3::new(-1.0, 0.0, 0.0), DVec3::new(0.5, 0.0, 0.0), DVec3::new(0.5, 1e-4, 0.0)];
         let mesh = Mesh::from_triangles(sliver.to_vec(), &[[0, 1, 2]]);
-        let bound = extent_of(&mesh).coverage(&DMat4::IDENTITY, [400.0, 400.0]).unwrap();
-        assert!(bound.covered >= 300.0 && bound.covered < 305.0, "{bound:?}");
-        assert!(bound.perimeter >= 600.0 && bound.perimeter < 601.0, "{bound:?}");
+        let to_clip = ClipTransform::of_projection(DMat4::IDENTITY);
+        let bound = extent_of(&mesh).coverage(&to_clip, [400.0, 400.0]).unwrap();
+        assert!(bound.covered >= 300.0 && bound.covered < 450.0, "{bound:?}");
+        assert!(bound.perimeter >= 600.0 && bound.perimeter < 900.0, "{bound:?}");
     }
 
     #[test]

@@ -68,7 +68,7 @@ pub use empty_draw::{EmptyDraw, is_dark};
 #[cfg(feature = "engine")]
 pub(crate) use mesh_extent::CoverageBound;
 #[cfg(feature = "engine")]
-pub(crate) use ndc_box::NdcBox;
+pub(crate) use ndc_box::{ClipTransform, NdcBox};
 pub(crate) use normals::polygon_normal;
 pub use plan::{Part, Plan, PlanItem, Title};
 pub use preemption::{Preemption, TargetOwner};

@@ -1,16 +1,63 @@
 //! Rectangle of normalised device coordinates around a box in space.
 //!
-//! In: a box, and the matrix from its space to clip space. Out: the rectangle that its corners span,
-//! within the view volume's sides from -1 to 1. It is right if no point of the box within these sides
-//! lies outside the rectangle. As the projection maps straight lines to straight lines, that is so if
-//! all of the box lies in front of the eye; there is no rectangle for other boxes, and none where
-//! rounding could move a corner by a part of 10,000.
+//! In: a box, and the transform from its space to clip space. Out: the rectangle that its corners
+//! span, within the view volume's sides from -1 to 1. It is right if no point of the box within these
+//! sides is drawn outside the rectangle. As the projection maps straight lines to straight lines, that
+//! is so if all of the box lies in front of the eye, but for rounding: a draw transforms by the model,
+//! the view and the projection one after the other, and loses what the largest number on the way
+//! rounds off. There is no rectangle for other boxes, nor where that could move a point by 1/10,000.
 
-use crate::scene::box_corners;
+use crate::scene::{CameraMatrices, box_corners};
 use glam::{DMat4, DVec2, DVec3, DVec4, Vec4Swizzles};
 
-/// Rounding errors that are borne, as a part of the least w.
+/// Largest allowed rounding error, relative to w.
 const MOST_ROUNDING: f64 = 1e-4;
+
+/// Transform to clip space, with a bound on its rounding errors.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ClipTransform {
+    matrix: DMat4,
+    /// Coordinates of at most r in magnitude become numbers of at most `scale` * r + `offset` on the
+    /// way, if no terms cancel.
+    scale: f64,
+    offset: f64,
+}
+
+impl ClipTransform {
+    /// Creates the transform from the world.
+    pub fn of(camera: &CameraMatrices) -> ClipTransform {
+        ClipTransform::of_projection(camera.projection).after(&camera.view)
+    }
+
+    /// Creates the transform from view space.
+    pub fn of_projection(matrix: DMat4) -> ClipTransform {
+        ClipTransform { matrix, scale: 1.0, offset: 0.0 }.with_magnitudes(&matrix)
+    }
+
+    /// Returns the transform that applies `first`, and then this one.
+    pub fn after(self, first: &DMat4) -> ClipTransform {
+        ClipTransform { matrix: self.matrix * *first, ..self.with_magnitudes(first) }
+    }
+
+    /// Adds the magnitudes of a matrix that is applied first.
+    fn with_magnitudes(self, first: &DMat4) -> ClipTransform {
+        let [x, y, z, w] = [0, 1, 2, 3].map(|column| first.col(column).abs().max_element());
+        ClipTransform { scale: self.scale * (x + y + z), offset: self.scale * w + self.offset, ..self }
+    }
+
+    /// Returns a point in clip space; `None` beside or behind the eye, and where rounding could move
+    /// the point by more than [`MOST_ROUNDING`].
+    pub fn project(&self, point: DVec3) -> Option<DVec4> {
+        let clip = self.matrix * point.extend(1.0);
+        let rounding = 16.0 * f64::EPSILON * (self.scale * point.abs().max_element() + self.offset);
+        (clip.is_finite() && clip.w * MOST_ROUNDING > rounding).then_some(clip)
+    }
+
+    /// Returns the matrix.
+    pub fn matrix(&self) -> &DMat4 {
+        &self.matrix
+    }
+}
 
 /// Rectangle around a box that lies before the eye.
 #[derive(Clone, Copy, Debug)]
@@ -24,22 +71,14 @@ pub(crate) struct NdcBox {
 }
 
 impl NdcBox {
-    /// Projects the box with these corners; `None` if a part of it lies beside or behind the eye.
-    pub fn of(bounds: (DVec3, DVec3), to_clip: &DMat4) -> Option<NdcBox> {
+    /// Projects the box with these corners; `None` if a corner has no place in clip space.
+    pub fn of(bounds: (DVec3, DVec3), to_clip: &ClipTransform) -> Option<NdcBox> {
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        let (mut nearest_w, mut sum) = (f64::INFINITY, DVec4::ZERO);
+        let mut nearest_w = f64::INFINITY;
         for corner in box_corners(bounds) {
-            let clip = *to_clip * corner.extend(1.0);
+            let clip = to_clip.project(corner)?;
             let at = clip.xy() / clip.w;
-            (low, high) = (low.min(at), high.max(at));
-            (nearest_w, sum) = (nearest_w.min(clip.w), sum + clip);
-        }
-        // The sums of products are rounded to their largest summands.
-        let [x, y, z, w] = to_clip.to_cols_array_2d().map(|column| DVec4::from(column).abs().max_element());
-        let farthest = bounds.0.abs().max(bounds.1.abs());
-        let rounding = 4.0 * f64::EPSILON * (DVec3::new(x, y, z).dot(farthest) + w);
-        if !sum.is_finite() || rounding.is_nan() || nearest_w * MOST_ROUNDING <= rounding {
-            return None;
+            (low, high, nearest_w) = (low.min(at), high.max(at), nearest_w.min(clip.w));
         }
         let within = |v: DVec2| v.clamp(DVec2::NEG_ONE, DVec2::ONE).to_array();
         Some(NdcBox { low: within(low), high: within(high), nearest_w })
@@ -63,11 +102,17 @@ mod tests {
     use super::*;
     use crate::scene::{Camera, LookAt};
 
+    /// Returns the transform of the usual projection, seen from `eye` along -z.
+    fn seen_from(eye: DVec3) -> ClipTransform {
+        let look_at = LookAt { eye, reference: eye - DVec3::Z, up: DVec3::Y };
+        ClipTransform::of(&Camera { look_at, ..Camera::default() }.matrices(1.0).unwrap())
+    }
+
     #[test]
     fn the_part_within_the_view_volume_counts() {
-        let sides = |low: [f64; 3], high: [f64; 3]| {
-            NdcBox::of((low.into(), high.into()), &DMat4::IDENTITY).unwrap().sides()
-        };
+        let identity = ClipTransform::of_projection(DMat4::IDENTITY);
+        let sides =
+            |low: [f64; 3], high: [f64; 3]| NdcBox::of((low.into(), high.into()), &identity).unwrap().sides();
         assert_eq!(sides([-0.5, -0.25, 0.0], [0.75, 0.5, 1.0]), [0.625, 0.375]);
         assert_eq!(sides([-9.0, 0.0, 0.0], [0.0, 9.0, 1.0]), [0.5, 0.5]);
         assert_eq!(sides([2.0, 0.0, 0.0], [3.0, 1.0, 1.0]), [0.0, 0.5]);
@@ -79,6 +124,7 @@ mod tests {
         let perspective = DMat4::from_cols_array(&[
             1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0,
         ]);
+        let perspective = ClipTransform::of_projection(perspective);
         let of =
             |near: f64| NdcBox::of((DVec3::new(0.0, 0.0, near), DVec3::new(1.0, 1.0, 2.0)), &perspective);
         assert!(of(-1.0).is_none() && of(0.0).is_none() && of(f64::NAN).is_none() && of(-1e308).is_none());
@@ -88,23 +134,28 @@ mod tests {
 
     #[test]
     fn a_box_has_no_rectangle_where_rounding_could_move_it() {
-        // The eye is far from the origin, and the box near the eye.
-        let seen_from = |far: f64| {
-            let look_at = LookAt { eye: DVec3::new(0.0, 0.0, far), ..Camera::default().look_at };
-            let matrices = Camera { look_at, ..Camera::default() }.matrices(1.0).unwrap();
-            let near = DVec3::new(0.1, 0.1, far - 1.0);
-            NdcBox::of((near - 0.01, near), &(matrices.projection * matrices.view))
+        let near = |far: f64| {
+            let corner = DVec3::new(0.1, 0.1, far - 1.0);
+            NdcBox::of((corner - 0.01, corner), &seen_from(DVec3::new(0.0, 0.0, far)))
         };
-        let width = seen_from(10.0).unwrap().sides()[0];
-        assert!((seen_from(1e9).unwrap().sides()[0] - width).abs() < 1e-4 * width + 1e-6);
-        assert!(seen_from(1e12).is_none());
-        // A corner at a great distance does not hide how near another one is.
-        let matrices = Camera::default().matrices(1.0).unwrap();
-        let eye = Camera::default().look_at.eye;
+        let width = near(10.0).unwrap().sides()[0];
+        assert!((near(1e6).unwrap().sides()[0] - width).abs() < 1e-4);
+        assert!(near(1e12).is_none());
+        // The model brings the box to the eye, and the product of the matrices shows nothing of it.
+        let cancelled = |far: f64| {
+            let shift = DVec3::new(far, 0.0, 0.0);
+            let to_clip = seen_from(shift).after(&DMat4::from_translation(shift));
+            NdcBox::of((DVec3::new(0.0, 0.0, -2.0), DVec3::new(0.1, 0.1, -1.0)), &to_clip)
+        };
+        assert!(cancelled(1e6).is_some() && cancelled(1e16).is_none());
+    }
+
+    #[test]
+    fn a_far_corner_does_not_hide_how_near_another_one_is() {
         let seen = |low: f64| {
-            NdcBox::of((DVec3::new(0.0, 0.0, low), eye * 0.99), &(matrices.projection * matrices.view))
+            let bounds = (DVec3::new(0.0, 0.0, low), DVec3::new(0.0, 0.0, 0.9));
+            NdcBox::of(bounds, &seen_from(DVec3::Z)).unwrap().nearest_w
         };
-        let (near, far) = (seen(eye.z * 0.9), seen(-1e17));
-        assert!(far.is_none_or(|far| (far.nearest_w / near.unwrap().nearest_w - 1.0).abs() < 1e-6));
+        assert!((seen(-1e17) / seen(0.5) - 1.0).abs() < 1e-12);
     }
 }

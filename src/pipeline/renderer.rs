@@ -15,7 +15,9 @@ use super::draw_call::{
 };
 use super::geometry_cache::GeometryInfo;
 #[cfg(feature = "engine")]
-use super::mesh_extent::MeshExtent;
+use super::mesh_extent::{CoverageBound, MeshExtent};
+#[cfg(feature = "engine")]
+use super::ndc_box::ClipTransform;
 use super::ordered::draw_in_order;
 use super::path_plan::{add_path, plan_draw_for};
 use super::plan::{Part, Plan};
@@ -273,23 +275,27 @@ impl Renderer {
         Ok(stats)
     }
 
-    /// Returns the extent of a draw's mesh if the tile renderer draws all of it, and all that it
-    /// needs of the mesh has been computed by draws before.
+    /// Returns upper bounds of the pixels that a draw covers, if the tile renderer draws all of it in
+    /// one piece, and all that it needs of the mesh has been computed by draws before.
     #[cfg(feature = "engine")]
-    pub(crate) fn extent_by_tiles(&mut self, target: &Target, call: &DrawCall) -> Option<MeshExtent> {
+    pub(crate) fn coverage_by_tiles(&mut self, target: &Target, call: &DrawCall) -> Option<CoverageBound> {
         let info = self.cached_info(call).filter(|info| info.checked.is_ok())?;
         let (bounds, mesh) = (info.bounds?, &call.geometry.mesh);
+        if self.bound.0 < ListBound::default().0 || !mesh.lines.is_empty() || !mesh.points.is_empty() {
+            return None;
+        }
         let camera = PreparedDraw::camera_of(call).ok()?;
         let recycled = std::mem::take(&mut self.workspace.recycled);
         let mut prepared = PreparedDraw::of(call, camera, target, Arc::clone(&info), recycled);
         add_path(&mut prepared, target, self.backend(), true);
-        let is_drawn_by_tiles = prepared.parts.uses(Part::TileRenderer);
-        let is_ready = is_drawn_by_tiles
-            && mesh.lines.is_empty()
-            && mesh.points.is_empty()
-            && info.has(prepared.needs());
+        let is_ready = prepared.parts.uses(Part::TileRenderer) && info.has(prepared.needs());
         self.workspace.recycled = prepared.take_recycled();
-        is_ready.then(|| *info.extent.get_or_init(|| MeshExtent::of(mesh, bounds)))
+        if !is_ready {
+            return None;
+        }
+        let extent = info.extent.get_or_init(|| MeshExtent::of(mesh, bounds));
+        let view = [call.viewport.width, call.viewport.height].map(f64::from);
+        extent.coverage(&ClipTransform::of(&camera).after(&call.model), view)
     }
 
     /// Returns the cached facts about a draw's geometry.

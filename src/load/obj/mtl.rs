@@ -235,14 +235,13 @@ impl Check<'_> {
                 _ => self.warn_of(option, "of map_Kd is not used"),
             }
         }
-        if let Some((_, of_material)) = self.materials.last_mut() {
-            *of_material = placement;
-        }
         let name = text(rest).trim().to_owned();
         if name.is_empty() {
             // Some exporters write an empty one for a material without a texture.
-            self.warn_of(b"map_Kd", "names no file: the material has no texture");
-            return;
+            return self.warn_of(b"map_Kd", "names no file: it is left out");
+        }
+        if let Some((_, of_material)) = self.materials.last_mut() {
+            *of_material = placement;
         }
         writeln!(self.out, "map_Kd {name}").expect("memory can be written");
     }

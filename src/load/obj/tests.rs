@@ -383,7 +383,7 @@ fn statements_that_name_no_file_are_left_out_with_a_warning() {
         warnings(&loaded),
         [
             "m.obj:1: warning: \"mtllib\" names no file: it is left out",
-            "l.mtl:3: warning: \"map_Kd\" names no file: the material has no texture",
+            "l.mtl:3: warning: \"map_Kd\" names no file: it is left out",
         ]
     );
     assert_eq!(loaded.geometry.mesh.materials[0].kd, DVec3::X);

@@ -138,13 +138,15 @@ pub(super) fn covered_pixels(ndc_box: Option<NdcBox>, area: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::pipeline::draw_call::SceneOptions;
+    use crate::pipeline::ndc_box::ClipTransform;
     use crate::truth::scenes::{lit_triangle, object};
     use glam::DMat4;
 
     #[test]
     fn half_of_the_box_on_the_screen_is_counted_as_covered() {
         let covered = |model: DMat4, low: [f64; 3], high: [f64; 3]| {
-            covered_pixels(NdcBox::of((low.into(), high.into()), &model), 8000.0)
+            let to_clip = ClipTransform::of_projection(model);
+            covered_pixels(NdcBox::of((low.into(), high.into()), &to_clip), 8000.0)
         };
         // 5/8 of the frame's width and 3/8 of its height.
         assert_eq!(

@@ -2,8 +2,9 @@
 //!
 //! In: a scene or one draw, and E, the largest allowed 99.9th percentile of the colour error, in
 //! 1/255 steps over the pixels that are drawn on. Out: a [`Choice`] for the scene, or
-//! [`QualitySettings`] for the draw: the shading mode of every object, and its lights. Coverage and depth are not changed. What is chosen is proven (`bounds`) from the angles
-//! between a mesh's normals and from the lights, for any camera; nothing is drawn to find out.
+//! [`QualitySettings`] for the draw: the shading mode of every object, and its lights. Coverage and
+//! depth are not changed. What is chosen is proven (`bounds`) from the angles between a mesh's
+//! normals and from the lights, for any camera; nothing is drawn to find out.
 //!
 //! Exact settings are always a candidate, and win unless the calibration table (`costs`) says that
 //! others are plainly cheaper. A mesh is measured once ([`MeshShapes`]), and only where that costs

@@ -5,9 +5,8 @@ use super::costs::{ObjectCosts, covered_pixels};
 use super::settings::QualitySettings;
 use super::{Budget, Choice, MeshShapes, exact_reason, steps_of_rounding};
 use crate::pipeline::draw_call::DrawCall;
-use crate::pipeline::ndc_box::NdcBox;
+use crate::pipeline::ndc_box::{ClipTransform, NdcBox};
 use crate::scene::ShadeMode;
-use glam::DMat4;
 use std::iter;
 
 /// Part of the pixels' saving that lighting vertices or faces may cost at most: an estimate of the
@@ -27,7 +26,7 @@ pub fn prove(budget: &Budget, shapes: &mut MeshShapes) -> Choice {
     }
     for (i, object) in budget.scene.objects.iter().enumerate() {
         let call = DrawCall::of_object(object, budget.scene, budget.options);
-        let Some(to_clip) = shapes.clip_matrix(&call) else { return choice };
+        let Some(to_clip) = shapes.clip_transform(&call) else { return choice };
         let Some(chosen) = choose(&call, budget.max_error, to_clip, shapes) else {
             choice.unknown += 1;
             continue;
@@ -56,7 +55,7 @@ pub(crate) fn settings_of(
     if exact_reason(call.hide, max_error).is_some() {
         return Default::default();
     }
-    let to_clip = shapes.clip_matrix(call);
+    let to_clip = shapes.clip_transform(call);
     match to_clip.and_then(|to_clip| choose(call, max_error, to_clip, shapes)) {
         Some(Chosen { found, ndc_box, .. }) => (found.map(|f| f.settings).unwrap_or_default(), ndc_box),
         None => Default::default(),
@@ -75,13 +74,18 @@ struct Chosen {
     ndc_box: Option<NdcBox>,
 }
 
-/// Chooses the settings of a draw; `None` if its mesh is drawn for the first time. `to_clip` leads
-/// from the world to clip space.
-fn choose(call: &DrawCall, max_error: f64, to_clip: DMat4, shapes: &mut MeshShapes) -> Option<Chosen> {
+/// Chooses the settings of a draw; `None` if its mesh is drawn for the first time. `to_clip` is
+/// the transform from the world to clip space.
+fn choose(
+    call: &DrawCall,
+    max_error: f64,
+    to_clip: ClipTransform,
+    shapes: &mut MeshShapes,
+) -> Option<Chosen> {
     let geometry = call.shared?;
     let mesh_box = shapes.box_of(geometry)?;
     let area = f64::from(call.viewport.width) * f64::from(call.viewport.height);
-    let ndc_box = NdcBox::of(mesh_box.bounds, &(to_clip * call.model));
+    let ndc_box = NdcBox::of(mesh_box.bounds, &to_clip.after(&call.model));
     let costs = ObjectCosts::of(call, covered_pixels(ndc_box, area));
     let exact = costs.drawing(call.shade, light_indices(call)).sum();
     let mut chosen = Chosen { exact, found: None, is_unmeasured: false, ndc_box };

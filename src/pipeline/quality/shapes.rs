@@ -7,8 +7,8 @@
 
 use super::{MeshAngles, MeshBox};
 use crate::pipeline::draw_call::DrawCall;
+use crate::pipeline::ndc_box::ClipTransform;
 use crate::scene::{Camera, Geometry};
-use glam::DMat4;
 use std::collections::HashMap;
 use std::sync::{Arc, Weak};
 
@@ -25,8 +25,8 @@ pub struct MeshShapes {
     last_box: Option<(usize, MeshBox)>,
     measures_at_once: bool,
     measured_faces: u64,
-    /// The last camera and aspect, and the matrix to clip space: the next draw mostly has the same.
-    last_camera: Option<(Camera, f64, Option<DMat4>)>,
+    /// The last camera and aspect, and the transform to clip space: the next draw mostly has the same.
+    last_camera: Option<(Camera, f64, Option<ClipTransform>)>,
 }
 
 /// Measurements of a mesh.
@@ -82,15 +82,15 @@ impl MeshShapes {
         angles
     }
 
-    /// Returns the matrix of a draw from the world to clip space, if its camera has one.
-    pub(super) fn clip_matrix(&mut self, call: &DrawCall) -> Option<DMat4> {
+    /// Returns the transform of a draw from the world to clip space, if its camera has one.
+    pub(super) fn clip_transform(&mut self, call: &DrawCall) -> Option<ClipTransform> {
         let aspect = f64::from(call.viewport.width) / f64::from(call.viewport.height);
         if let Some((last, last_aspect, to_clip)) = &self.last_camera
             && (*last, *last_aspect) == (call.camera, aspect)
         {
             return *to_clip;
         }
-        let to_clip = call.camera.matrices(aspect).ok().map(|m| m.projection * m.view);
+        let to_clip = call.camera.matrices(aspect).ok().map(|matrices| ClipTransform::of(&matrices));
         self.last_camera = Some((call.camera, aspect, to_clip));
         to_clip
     }
@@ -121,11 +121,19 @@ mod tests {
     fn a_mesh_is_measured_once_and_from_its_second_draw_on() {
         let (mut shapes, mesh) = (MeshShapes::default(), cuboid());
         assert_eq!(shapes.box_of(&mesh), None);
-        assert!(shapes.box_of(&mesh).is_some());
+        let measured = shapes.box_of(&mesh);
+        assert!(measured.is_some());
         for _ in 0..3 {
+            // The last mesh is not looked up again; another one in between is told from it.
+            assert_eq!(shapes.box_of(&mesh), measured);
             assert!(shapes.angles_of(&mesh).is_some());
         }
         assert_eq!(shapes.measured_faces(), 12);
+        let other =
+            Arc::new(Geometry { mesh: shapes::cuboid(DVec3::splat(2.0)).unwrap(), textures: Vec::new() });
+        assert_eq!(shapes.box_of(&other), None);
+        assert_ne!(shapes.box_of(&other), measured);
+        assert_eq!(shapes.box_of(&mesh), measured);
         assert!(MeshShapes::at_once().box_of(&mesh).is_some());
     }
 

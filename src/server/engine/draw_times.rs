@@ -55,7 +55,12 @@ impl DrawTimes {
     /// Notes what a draw took that was not refused.
     pub fn note(&mut self, drawing: &Drawing, took: Duration) {
         let Some((first, modes)) = key_of(drawing) else { return };
-        let ns = u64::try_from(took.as_nanos()).unwrap_or(u64::MAX);
+        self.set(first, modes, u64::try_from(took.as_nanos()).unwrap_or(u64::MAX));
+    }
+
+    /// Sets the last time of draws of this geometry and these modes. A full list loses the entries of
+    /// dropped geometries, or else its oldest one.
+    fn set(&mut self, first: &Arc<Geometry>, modes: Modes, ns: u64) {
         match self.0.iter_mut().find(|(of, m, _)| is_of(of, first) && *m == modes) {
             Some((.., last)) => *last = ns,
             None => {
@@ -71,8 +76,8 @@ impl DrawTimes {
     }
 }
 
-/// Returns an upper bound of the nanoseconds of a draw on one thread; `None` if there is none, or one
-/// above [`MOST_NS`].
+/// Returns an upper bound of the nanoseconds of a draw on one thread; `None` if there is none, or if
+/// the faces alone may take more than [`MOST_NS`].
 fn bound_of(drawing: &Drawing, target: &Target, renderer: &mut Renderer) -> Option<u64> {
     let frame = u64::from(target.memory.width()) * u64::from(target.memory.height());
     let mut items = 0u64;
@@ -82,11 +87,7 @@ fn bound_of(drawing: &Drawing, target: &Target, renderer: &mut Renderer) -> Opti
         if items > MOST_NS {
             return None;
         }
-        let extent = renderer.extent_by_tiles(target, call)?;
-        let view = [call.viewport.width, call.viewport.height].map(f64::from);
-        let camera = call.camera.matrices(view[0].max(1.0) / view[1].max(1.0)).ok()?;
-        let to_clip = camera.projection * camera.view * call.model;
-        Some(bound_ns(call, frame, extent.coverage(&to_clip, view)?))
+        Some(bound_ns(call, frame, renderer.coverage_by_tiles(target, call)?))
     })
 }
 
@@ -149,11 +150,70 @@ mod tests {
         is_long
     }
 
-    #[test]
-    fn a_draw_goes_to_the_drawing_thread_until_one_like_it_was_short() {
+    /// Returns an engine with a mesh `m`, and a session.
+    fn engine_with_a_knot() -> (Engine, Session) {
         let (mut engine, mut session) = (Engine::new(320, 240).unwrap(), Session::new(1, Audience::Owner));
         let knot = Command::parse(b"MESH m KNOT 40 20", None).unwrap();
         let _ = engine.run(&mut session, knot, &mut Vec::new()).unwrap();
+        (engine, session)
+    }
+
+    #[test]
+    fn only_prepared_draws_of_the_tile_renderer_are_short() {
+        let (mut engine, mut session) = engine_with_a_knot();
+        let mut draw_after_short = |settings: &[&str]| {
+            engine.rendering.draw_times.0.iter_mut().for_each(|(.., last)| *last = 0);
+            for line in settings {
+                goes_to_its_thread(&mut engine, &mut session, line);
+            }
+            goes_to_its_thread(&mut engine, &mut session, "DRAW m")
+        };
+        let unlit = "MATERIAL black black black 1 white";
+        assert!(
+            draw_after_short(&["LIGHT 0 DIR 0 0 -1 1 1 1", "LOOKAT 0 0 9 0 0 0 0 1 0", unlit]),
+            "the first"
+        );
+        assert!(!draw_after_short(&[unlit]));
+        let lit = "MATERIAL #11 #cc black 1";
+        assert!(draw_after_short(&[lit]), "normals are prepared");
+        assert!(!draw_after_short(&[lit]));
+        for (line, why) in [
+            ("MATERIAL #11 #cc black 1 black .5", "blended faces are drawn in order"),
+            ("LIGHT 0 POINT 1e200 0 0 1 1 1", "the light is out of range for vectors"),
+        ] {
+            assert!(draw_after_short(&[lit, line]), "{why}");
+            assert!(draw_after_short(&[lit, line]), "{why}, again");
+        }
+        assert!(!draw_after_short(&[lit, "LIGHT 0 DIR 0 0 -1 1 1 1"]));
+    }
+
+    #[test]
+    fn a_full_list_loses_dropped_geometries_and_then_its_oldest_entry() {
+        let geometry = || Arc::new(Geometry { mesh: Default::default(), textures: Vec::new() });
+        let modes = Modes {
+            objects: 0,
+            shade: ShadeMode::Phong,
+            hide: HiddenSurface::ZBuffer,
+            cull: Cull::Back,
+            lights: 1,
+            filter: None,
+        };
+        let mut times = DrawTimes::default();
+        let kept: Vec<_> = (0..MOST_KEPT).map(|_| geometry()).collect();
+        times.set(&kept[0], modes, 1);
+        // Each of these is dropped at once.
+        (1..MOST_KEPT).for_each(|i| times.set(&geometry(), modes, i as u64));
+        times.set(&kept[1], modes, 1);
+        assert_eq!(times.0.len(), 2);
+        kept.iter().for_each(|geometry| times.set(geometry, modes, 2));
+        assert_eq!((times.0.len(), times.0[0].2), (MOST_KEPT, 2));
+        times.set(&kept[0], Modes { lights: 2, ..modes }, 3);
+        assert!(times.0.len() == MOST_KEPT && is_of(&times.0[0].0, &kept[1]));
+    }
+
+    #[test]
+    fn a_draw_goes_to_the_drawing_thread_until_one_like_it_was_short() {
+        let (mut engine, mut session) = engine_with_a_knot();
         let mut pictures = Vec::new();
         let mut draw_after = |ns: u64, setting: &str| {
             // What a draw takes here says nothing: each time is set.

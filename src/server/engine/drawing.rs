@@ -9,7 +9,7 @@
 use crate::command::Command;
 use crate::memory::Reservation;
 use crate::pipeline::{
-    CoverageBound, DrawCall, DrawStats, NdcBox, PipelineError, Renderer, SceneOptions, Target,
+    ClipTransform, CoverageBound, DrawCall, DrawStats, NdcBox, PipelineError, Renderer, SceneOptions, Target,
 };
 use crate::scene::{
     Camera, Cull, FillStyle, Filter, Geometry, HiddenSurface, Interpolation, Light, Material, Sampling,
@@ -298,7 +298,7 @@ fn covered_pixels(call: &DrawCall, frame: u64, most: u64, ndc_box: Option<NdcBox
     if faces > FEW_FACES {
         return lines.saturating_add(whole.saturating_mul(faces as u64));
     }
-    let to_clip = camera.projection * camera.view * call.model;
+    let to_clip = ClipTransform::of(&camera).after(&call.model);
     let bounds = if mesh.positions.len() <= 3 * faces { mesh.bounds() } else { None };
     if let Some(sum) = bounds.and_then(|bounds| NdcBox::of(bounds, &to_clip)).and_then(within) {
         return sum;
@@ -314,7 +314,7 @@ fn covered_pixels(call: &DrawCall, frame: u64, most: u64, ndc_box: Option<NdcBox
 }
 
 /// Returns the pixels of a face's bounding box within a viewport of these sides, rounded up.
-fn face_box(call: &DrawCall, triangle: &[u32; 3], to_clip: &DMat4, view: [f64; 2]) -> u64 {
+fn face_box(call: &DrawCall, triangle: &[u32; 3], to_clip: &ClipTransform, view: [f64; 2]) -> u64 {
     let mesh = &call.geometry.mesh;
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for corner in triangle {
@@ -322,10 +322,7 @@ fn face_box(call: &DrawCall, triangle: &[u32; 3], to_clip: &DMat4, view: [f64; 2
             mesh.corners.get(*corner as usize).and_then(|c| mesh.positions.get(c.position as usize));
         // A mesh with a wrong index is refused later.
         let Some(position) = position else { return 0 };
-        let clip = *to_clip * position.extend(1.0);
-        if clip.w.is_nan() || clip.w <= 0.0 {
-            return u64::MAX;
-        }
+        let Some(clip) = to_clip.project(*position) else { return u64::MAX };
         let at = [clip.x / clip.w, clip.y / clip.w];
         (low, high) = ([0, 1].map(|i| low[i].min(at[i])), [0, 1].map(|i| high[i].max(at[i])));
     }

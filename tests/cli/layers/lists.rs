@@ -229,6 +229,7 @@ pub const PIPELINE: Edges = &[
             "geometry_cache",
             "light",
             "mesh_extent",
+            "ndc_box",
             "ordered",
             "path_plan",
             "plan",
