@@ -52,17 +52,24 @@ impl MeshExtent {
     /// `None` if they may reach the eye's plane.
     pub fn coverage(&self, to_clip: &ClipTransform, view: [f64; 2]) -> Option<CoverageBound> {
         let seen = NdcBox::of(self.bounds, to_clip)?;
-        // The derivative of x / w is (dx - x / w dw) / w, and |x / w| is at most `reach` where the
-        // faces are seen.
-        let scale = |axis: usize| {
-            let reach = seen.low[axis].abs().max(seen.high[axis].abs());
-            let [row, w] = [axis, 3].map(|row| to_clip.matrix().row(row).truncate().length());
-            (row + reach * w) / seen.nearest_w * view[axis] / 2.0
-        };
-        let (scales, boxed) = ([scale(0), scale(1)], seen.pixels(view));
-        // A length grows by both scales at most, as the directions that they belong to may be equal.
-        let perimeter = self.perimeter * scales[0].hypot(scales[1]);
-        let covered = self.area * scales[0] * scales[1] + perimeter / 2.0 + self.faces;
+        // The gradient of x / w is (dx - x / w dw) / w, and |x / w| is at most `reach` where the faces
+        // are seen. These rows are in pixels.
+        let half = view.map(|side| side / 2.0);
+        let row = |row: usize, scale: f64| to_clip.matrix().row(row).truncate() * scale;
+        let (x, y, w) = (row(0, half[0]), row(1, half[1]), row(3, 1.0));
+        let reach = [0, 1].map(|axis| seen.low[axis].abs().max(seen.high[axis].abs()) * half[axis]);
+        let scales = [x.length() + reach[0] * w.length(), y.length() + reach[1] * w.length()];
+        // A length grows by the root of the largest eigenvalue of the gradients' products at most.
+        let product = x.dot(y).abs()
+            + reach[1] * x.dot(w).abs()
+            + reach[0] * y.dot(w).abs()
+            + reach[0] * reach[1] * w.length_squared();
+        let squares = scales.map(|scale| scale * scale);
+        let length_scale =
+            ((squares[0] + squares[1]) / 2.0 + f64::hypot((squares[0] - squares[1]) / 2.0, product)).sqrt();
+        let (nearest, boxed) = (seen.nearest_w, seen.pixels(view));
+        let perimeter = self.perimeter * length_scale / nearest;
+        let covered = self.area * scales[0] * scales[1] / (nearest * nearest) + perimeter / 2.0 + self.faces;
         Some(CoverageBound { covered: covered.min(boxed * self.faces), perimeter, boxed })
     }
 }
