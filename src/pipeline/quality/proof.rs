@@ -62,7 +62,7 @@ pub(crate) fn settings_of(
     }
 }
 
-/// What is chosen for a draw.
+/// Settings chosen for a draw, and the figures behind them.
 struct Chosen {
     /// Cost of the exact settings.
     exact: f64,

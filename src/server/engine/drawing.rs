@@ -279,16 +279,16 @@ fn lit_items_ns(call: &DrawCall) -> u64 {
 fn covered_pixels(call: &DrawCall, frame: u64, most: u64, ndc_box: Option<NdcBox>) -> u64 {
     let mesh = &call.geometry.mesh;
     let view = [call.viewport.width, call.viewport.height].map(f64::from);
-    let whole = (view[0] * view[1]).min(frame as f64) as u64;
+    let viewport_area = (view[0] * view[1]).min(frame as f64) as u64;
     // A line is as long as the longer side; a wide one covers that times its width.
     let edges = if call.shade == ShadeMode::Wire { 3 * mesh.triangles.len() } else { 0 };
     let width = u64::from(call.line.width.max(1));
-    let line = ((view[0].max(view[1]) as u64).min(frame)).saturating_mul(width).min(whole);
+    let line = ((view[0].max(view[1]) as u64).min(frame)).saturating_mul(width).min(viewport_area);
     let lines = ((mesh.lines.len() + edges) as u64).saturating_mul(line);
     let faces = mesh.triangles.len();
     // Each face covers at most what all of them do, which is little in most draws.
     let within = |boxed: NdcBox| {
-        let pixels = (boxed.pixels(view) as u64).min(whole).saturating_mul(faces as u64);
+        let pixels = (boxed.pixels(view) as u64).min(viewport_area).saturating_mul(faces as u64);
         Some(lines.saturating_add(pixels)).filter(|sum| *sum <= most)
     };
     if let Some(sum) = ndc_box.filter(|_| faces <= FEW_FACES).and_then(within) {
@@ -296,7 +296,7 @@ fn covered_pixels(call: &DrawCall, frame: u64, most: u64, ndc_box: Option<NdcBox
     }
     let Ok(camera) = call.camera.matrices(view[0].max(1.0) / view[1].max(1.0)) else { return 0 };
     if faces > FEW_FACES {
-        return lines.saturating_add(whole.saturating_mul(faces as u64));
+        return lines.saturating_add(viewport_area.saturating_mul(faces as u64));
     }
     let to_clip = ClipTransform::of(&camera).after(&call.model);
     let bounds = if mesh.positions.len() <= 3 * faces { mesh.bounds() } else { None };
@@ -305,7 +305,7 @@ fn covered_pixels(call: &DrawCall, frame: u64, most: u64, ndc_box: Option<NdcBox
     }
     let mut sum = lines;
     for triangle in &mesh.triangles {
-        sum = sum.saturating_add(face_box(call, triangle, &to_clip, view).min(whole));
+        sum = sum.saturating_add(face_box(call, triangle, &to_clip, view).min(viewport_area));
         if sum > most {
             break;
         }
