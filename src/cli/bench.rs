@@ -106,8 +106,7 @@ impl Bench {
     }
 }
 
-const HEADER: &str =
-    "workload           threads  simd      median ms     min ms  frames  max error  pixels off  beside";
+const HEADER: &str = "workload           threads  simd      median ms     min ms     p99 ms  frames  max error  pixels off  beside";
 
 fn table_line(row: &Row) -> String {
     let twin = row.twin.as_ref().map_or(String::new(), |t| {
@@ -120,12 +119,13 @@ fn table_line(row: &Row) -> String {
         format!("ms by {}: {}{exponent}", g.what, steps.join(", "))
     });
     let line = format!(
-        "{:<18} {:>7}  {:<8} {:>10.3} {:>10.3} {:>7} {:>6}/255 {:>11}  {twin}{scaling}",
+        "{:<18} {:>7}  {:<8} {:>10.3} {:>10.3} {:>10.3} {:>7} {:>6}/255 {:>11}  {twin}{scaling}",
         row.workload.name(),
         row.threads,
         row.simd,
         row.median_ms,
         row.min_ms,
+        row.p99_ms,
         row.frames,
         row.check.max_error_steps,
         row.check.pixels_off,

@@ -12,6 +12,7 @@ mod bench;
 mod bytes;
 mod draw;
 mod eye;
+mod frame_clock;
 mod help;
 mod interval;
 mod magic;

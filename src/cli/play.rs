@@ -2,6 +2,7 @@
 
 use super::args::color::color;
 use super::args::crt::CrtArgs;
+use super::frame_clock::FrameClock;
 use super::magic::{self, CommandInput};
 use super::movie::{Clock, MovieArgs, MovieWriter, Sampler};
 use super::output::{self, Stdout};
@@ -23,8 +24,8 @@ use clap::Args;
 use std::fs::File;
 use std::io::{self, Read, Seek};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 /// Play a stream of commands.
@@ -52,6 +53,9 @@ pub struct Play {
     /// pixel (N@X,Y) has on its way
     #[arg(long, value_name = "N|X,Y|N@X,Y")]
     trace: Option<TraceAt>,
+    /// Print how long the frames took from one PRESENT to the next: their number, median, 99th percentile and longest
+    #[arg(long)]
+    frame_times: bool,
     /// Print what the last draw of faces needs, where its view comes from, and why
     #[arg(long)]
     explain: bool,
@@ -100,6 +104,8 @@ struct Outlets {
     is_live: bool,
     /// True while there is no window.
     is_alone: Arc<AtomicBool>,
+    /// Clock of the frames, if their times are asked for.
+    clock: Option<Arc<Mutex<FrameClock>>>,
 }
 
 impl Play {
@@ -223,12 +229,15 @@ impl Play {
                     return Status::Failed;
                 }
             };
-        let Outlets { display, movie, sampler, is_live, is_alone } = outlets;
+        let Outlets { display, movie, sampler, is_live, is_alone, clock } = outlets;
         let mut engine = match display {
             Some(display) => self.with_window(thread, player, display, is_live.then_some(&*is_alone), page),
             None => finish_alone(thread, player, page),
         };
         self.report(&mut engine, &has_failed);
+        if let Some(clock) = clock {
+            clock.lock().unwrap_or_else(PoisonError::into_inner).report();
+        }
         drop(sampler);
         let mut is_saved = self.save(&engine);
         if let Some(e) = movie.and_then(|movie| movie.finish(engine.memory()).err()) {
@@ -267,7 +276,13 @@ impl Play {
             }
             _ => None,
         };
-        Outlets { display, movie, sampler, is_live, is_alone }
+        let clock = self.frame_times.then(|| Arc::new(Mutex::new(FrameClock::start())));
+        if let Some(clock) = clock.clone() {
+            engine.attach(OnPresent::new(move |_| {
+                clock.lock().unwrap_or_else(PoisonError::into_inner).end_frame()
+            }));
+        }
+        Outlets { display, movie, sampler, is_live, is_alone, clock }
     }
 
     /// Returns the stream that replies go to: standard error if the movie takes standard output.

@@ -1,5 +1,6 @@
 //! `fbptr view`: interactive views of a file in a window, or some of its frames without one.
 
+use super::frame_clock::FrameClock;
 use super::mesh_args::MeshArgs;
 use super::render_args::RenderArgs;
 use super::scene_file::{self, ReadOptions, SceneError, SceneFile, Watch};
@@ -44,6 +45,9 @@ pub struct ViewArgs {
     /// Open no window
     #[arg(long)]
     headless: bool,
+    /// Print how long the frames took to draw: their number, median, 99th percentile and longest
+    #[arg(long, requires = "headless")]
+    frame_times: bool,
     /// Frame and light models, put them on a ground, and smooth what is at rest: on or off
     /// [default: on in a window, off with --headless, --snap or --movie]
     #[arg(long, value_name = "on|off", value_parser = on_or_off)]
@@ -286,12 +290,15 @@ impl ViewArgs {
     fn without_window(&self, viewer: &mut Viewer, mut movie: Option<Movie>) -> Result<bool, SceneError> {
         let frames = self.frames.unwrap_or(1);
         let mut progress = super::progress::Progress::new("frames", frames);
+        let mut clock = FrameClock::start();
         for i in 0..frames {
+            clock.restart_frame();
             if i > 0 {
                 viewer.step(1);
             }
             viewer.refresh();
             viewer.finish_smoothing();
+            clock.end_frame();
             if let Some(failure) = viewer.failure() {
                 say_as_program(format_args!("{}: {failure}", self.file.display()));
                 return Ok(false);
@@ -300,6 +307,10 @@ impl ViewArgs {
                 movie.push(viewer.shown()).map_err(|e| SceneError::Refused(e.to_string()))?;
             }
             progress.advance(1);
+        }
+        drop(progress);
+        if self.frame_times {
+            clock.report();
         }
         Ok(true)
     }

@@ -9,6 +9,7 @@ mod docs;
 mod draw;
 mod explain;
 mod formats;
+mod frame_times;
 mod functions;
 mod layers;
 mod movie;

@@ -550,6 +550,19 @@ fn pictures_are_placed_by_their_options() {
 }
 
 #[test]
+fn an_empty_map_kd_keeps_the_picture_before_it_and_its_placement() {
+    let mtl = b"newmtl a\nmap_Kd -s 2 2 p.png\nmap_Kd\n";
+    let obj = format!("mtllib l.mtl\n{TRIANGLE}vt 0 0\nvt 1 0\nvt 0.25 1\nusemtl a\nf 1/1 2/2 3/3\n");
+    let loaded = load_with(&obj, &[("l.mtl", mtl)]).unwrap();
+    let mesh = &loaded.geometry.mesh;
+    let texcoord = mesh.texcoords[mesh.polygon_corners(0)[1].texcoord as usize];
+    assert_eq!(texcoord.to_array(), [2.0, 0.0]);
+    assert!(
+        warnings(&loaded).iter().any(|w| w == "l.mtl:3: warning: \"map_Kd\" names no file: it is left out")
+    );
+}
+
+#[test]
 fn smoothing_gives_normals_where_the_file_has_none() {
     let smooth = |obj: &str| {
         let angle = Smoothing::Angle(60_f64.to_radians());

@@ -29,6 +29,7 @@ pub use row::{Row, ScalingFit, Twin};
 pub use workload::Workload;
 
 use super::clock::Timing;
+use super::frame_times::FrameTimes;
 use super::scaling::{Scaling, ScalingPoint};
 use crate::memory::{DepthFormat, VideoMemory};
 use crate::pipeline::RenderOptions;
@@ -180,7 +181,7 @@ fn measure(workload: Workload, run_of: &mut dyn BenchRun, options: &BenchOptions
         (0..WARM_UP_FRAMES).for_each(|_| run_of.frame());
     }
     let begin = Instant::now();
-    let (mut times, mut twin_times) = (Vec::new(), Vec::new());
+    let (mut times, mut twin_times) = (FrameTimes::default(), FrameTimes::default());
     while times.len() < options.frames.max(1) && (times.len() < 3 || begin.elapsed() < options.budget) {
         times.push(timed(|| run_of.frame()).0);
         if run_of.twin().is_some() {
@@ -194,27 +195,20 @@ fn measure(workload: Workload, run_of: &mut dyn BenchRun, options: &BenchOptions
             "a later frame differs from the first: what was timed is not what was checked".into(),
         ));
     }
-    let (median_ms, min_ms) = summary(&mut times);
+    let [min_ms, median_ms, p99_ms] = times.percentiles_ms([0, 50, 99]);
     let twin = run_of.twin().map(|name| {
-        let (median_ms, min_ms) = summary(&mut twin_times);
+        let [min_ms, median_ms] = twin_times.percentiles_ms([0, 50]);
         Twin { name, median_ms, min_ms }
     });
     let (threads, simd) = (run_of.threads(), run_of.simd());
     let (frames, stored) = (times.len(), (options.depth_format, options.air));
-    Ok(Row { workload, threads, simd, median_ms, min_ms, frames, stored, check, twin, scaling: None })
+    Ok(Row { workload, threads, simd, median_ms, min_ms, p99_ms, frames, stored, check, twin, scaling: None })
 }
 
 fn timed<T>(work: impl FnOnce() -> T) -> (Duration, T) {
     let start = Instant::now();
     let output = work();
     (start.elapsed(), output)
-}
-
-/// Returns median and minimum in milliseconds.
-fn summary(times: &mut [Duration]) -> (f64, f64) {
-    times.sort();
-    let ms = |t: Option<&Duration>| t.map_or(f64::NAN, |t| t.as_secs_f64() * 1e3);
-    (ms(times.get(times.len() / 2)), ms(times.first()))
 }
 
 /// Random number generator of all compared programs: xorshift of 32 bits.

@@ -38,6 +38,8 @@ pub struct Row {
     pub median_ms: f64,
     /// Shortest frame in milliseconds.
     pub min_ms: f64,
+    /// 99th percentile of the frames in milliseconds.
+    pub p99_ms: f64,
     /// Number of timed frames.
     pub frames: usize,
     /// Format of stored depths, and medium.
@@ -56,12 +58,13 @@ impl Row {
         let c = &self.check;
         let mut line = format!(
             "{{\"peer\":\"fbptr\",\"cfg\":\"{}T\",\"wl\":\"{}\",\"med_ms\":{:.3},\"min_ms\":{:.3},\"n\":{},\
-             \"simd\":\"{}\",\"depth\":\"{}\",\"fog\":{},\"max_err\":{},\"pixels_off\":{},\"coverage_off\":{},\"max_depth_err\":{:e},\"covered\":{},\"turns\":{}",
+             \"p99_ms\":{:.3},\"simd\":\"{}\",\"depth\":\"{}\",\"fog\":{},\"max_err\":{},\"pixels_off\":{},\"coverage_off\":{},\"max_depth_err\":{:e},\"covered\":{},\"turns\":{}",
             self.threads,
             self.workload.name(),
             self.median_ms,
             self.min_ms,
             self.frames,
+            self.p99_ms,
             self.simd,
             self.stored.0.as_str(),
             self.stored.1 == Air::Fog,

@@ -19,7 +19,10 @@ fn small() -> BenchOptions {
 fn every_workload_is_held_to_its_truth_and_then_timed() {
     for workload in Workload::ALL {
         let row = run(workload, &small()).unwrap_or_else(|refusal| panic!("{refusal}"));
-        assert!(row.frames == 2 && row.min_ms > 0.0 && row.median_ms >= row.min_ms, "{row:?}");
+        assert!(
+            row.frames == 2 && row.min_ms > 0.0 && row.median_ms >= row.min_ms && row.p99_ms >= row.median_ms,
+            "{row:?}"
+        );
         assert!(row.check.covered > 200, "{row:?}");
         assert_eq!(
             row.twin.is_some(),
@@ -27,6 +30,7 @@ fn every_workload_is_held_to_its_truth_and_then_timed() {
         );
         let json: serde_json::Value = serde_json::from_str(&row.json()).expect("one object");
         assert_eq!((&json["peer"], &json["wl"]), (&"fbptr".into(), &workload.name().into()));
+        assert!(json["p99_ms"].as_f64() >= json["med_ms"].as_f64(), "{json}");
         assert_eq!(row.scaling.is_some(), scenes::steps(workload).is_some());
         if let Some(scaling) = &row.scaling {
             let list = json[format!("{}_min_ms", scaling.what)].as_array().expect("a list of steps");

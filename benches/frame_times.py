@@ -1,0 +1,169 @@
+#!/usr/bin/env python3
+"""Frame times of what users draw, for one build of fbptr or several: medians and 99th percentiles, as a Markdown table.
+
+    python3 benches/frame_times.py target/release/fbptr [OTHER/fbptr ...]
+
+In: programs that have `--frame-times` (`play`, `view`) and `p99_ms` (`bench --json`). Out: a row for each picture and size
+with the median and the 99th percentile of a frame in milliseconds, for each build the medians of the rounds; with two
+builds the ratio of the first one's median to the last one's, the median of the rounds' own ratios with the least and
+largest. The builds take turns in each round, each round in the other order, so that both are of the same minutes.
+
+- `play`: time between two PRESENTs, decoding of the stream included, without a window. The tour is its own frames,
+  several times over; the room is a box with a texture on each wall, an animal and boxes in it, the camera turning.
+- `view --turntable`: the step of the scene and the drawing of the frame, without a window.
+- `bench`: the frames of S1 to S7, each picture compared with its truth before; 1920x1080.
+
+All pictures of a row must have the same bytes in every build (`--snap` of the last frame), or the script ends.
+"""
+
+import argparse
+import hashlib
+import json
+import math
+import os
+import re
+import statistics
+import subprocess
+import sys
+import tempfile
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+MESHES = os.path.join(ROOT, "tests/data/meshes")
+LINE = re.compile(r"frames: median ([\d.]+) ms, 99th percentile ([\d.]+) ms")
+SIZES = ["1280x720", "1920x1080"]
+
+
+def tour(times):
+    """Returns the tour's commands, so many times over."""
+    with open(os.path.join(ROOT, "demos/tour.fbs"), "rb") as file:
+        body = b"".join(line for line in file.read().splitlines(True) if not line.startswith(b"QUIT"))
+    return body * times
+
+
+def room(frames):
+    """Returns a stream that looks around in a textured room."""
+    lines = """AUTO off
+LOAD TEX wall spot_texture.png
+LOAD MESH spot spot_control_mesh.obj
+MESH room BOX 8 4 8
+MESH box BOX 1 1 1
+PERSPECTIVE 1.2 0.1 40
+AMBIENT .4 .4 .4
+LIGHT 0 POINT 0 1.5 0 .8 .8 .8
+SHADE phong
+CULL none
+TEXTURE wall trilinear""".split("\n")
+    for frame in range(frames):
+        angle = 2 * math.pi * frame / 240
+        lines += ["CLEAR", f"LOOKAT 0 0 0 {math.cos(angle):.6f} -.1 {math.sin(angle):.6f} 0 1 0", "IDENTITY", "DRAW room"]
+        for i in range(12):
+            turn = 2 * math.pi * i / 12
+            place = f"TRANSLATE {2.8 * math.cos(turn):.4f} -1 {2.8 * math.sin(turn):.4f}"
+            lines += ["IDENTITY", place, f"DRAW {'spot' if i % 3 == 0 else 'box'}"]
+        lines.append("PRESENT")
+    return "\n".join(lines).encode() + b"\n"
+
+
+def knot(path, around, across):
+    """Writes a torus knot of 2 * around * across triangles as OBJ, with normals."""
+    with open(path, "w", encoding="ascii") as file:
+        for i in range(around):
+            t = 2 * math.pi * i / around
+            r = 2 + math.cos(3 * t)
+            centre = (r * math.cos(2 * t), r * math.sin(2 * t), math.sin(3 * t))
+            for j in range(across):
+                s = 2 * math.pi * j / across
+                out = (math.cos(2 * t) * math.cos(s), math.sin(2 * t) * math.cos(s), math.sin(s))
+                file.write("v %.6f %.6f %.6f\n" % tuple(c + 0.45 * o for c, o in zip(centre, out)))
+                file.write("vn %.5f %.5f %.5f\n" % out)
+        corner = lambda i, j: "{0}//{0}".format(i % around * across + j % across + 1)
+        for i in range(around):
+            for j in range(across):
+                a, b, c, d = corner(i, j), corner(i, j + 1), corner(i + 1, j + 1), corner(i + 1, j)
+                file.write(f"f {a} {b} {c}\nf {a} {c} {d}\n")
+
+
+def rows(folder):
+    """Returns the rows: name, arguments, and what the last frame is written with."""
+    streams = {"tour": tour(4), "room": room(240)}
+    for name, body in streams.items():
+        with open(os.path.join(folder, name + ".fbs"), "wb") as file:
+            file.write(body)
+    # The teapot as a stream that `view` turns.
+    with open(os.path.join(folder, "teapot.fbs"), "w", encoding="ascii") as file:
+        file.write("MESH pot TEAPOT 12\nLIGHT 0 DIR -1 -1 -1 1 1 1\nDRAW pot\n")
+    knot(os.path.join(folder, "knot.obj"), 10000, 50)
+    place = lambda name: os.path.join(folder, name)
+    found = [("tour, 480x360", ["play", place("tour.fbs"), "--headless", "--size", "480x360"])]
+    spot = os.path.join(MESHES, "spot")
+    models = {
+        "teapot": place("teapot.fbs"),
+        "Suzanne": os.path.join(MESHES, "suzanne-sphere/monkey_head2.obj"),
+        "1,000,000 faces": place("knot.obj"),
+    }
+    for size in SIZES:
+        for name, path in models.items():
+            frames = "60" if "000" in name else "300"
+            found.append(
+                (f"viewer, {name}, {size}", ["view", path, "--headless", "--turntable", "--frames", frames, "--size", size])
+            )
+        found.append((f"room, {size}", ["play", place("room.fbs"), "--headless", "--load-dir", spot, "--size", size]))
+    return found + [(f"`{name}`, 1920x1080", ["bench", name, "--json", "--frames", "100"]) for name in scenes()]
+
+
+def scenes():
+    return [f"S{i}" for i in range(1, 8)]
+
+
+def run(build, arguments, threads, simd, snap):
+    """Returns median and 99th percentile in milliseconds, and the digest of the last picture."""
+    command = [build, *arguments, "--threads", str(threads), "--simd", simd]
+    is_bench = arguments[0] == "bench"
+    command += [] if is_bench else ["--frame-times", "--snap", snap]
+    done = subprocess.run(["taskset", "-c", "0"] * (threads == 1) + command, capture_output=True, text=True)
+    if is_bench:
+        found = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
+        found = [(row["med_ms"], row["p99_ms"]) for row in found]
+    else:
+        found = [tuple(map(float, times)) for times in LINE.findall(done.stderr)]
+    if done.returncode or len(found) != 1:
+        sys.exit(f"{' '.join(command)}: status {done.returncode}\n{done.stderr[-2000:]}")
+    if is_bench:
+        return *found[0], None
+    with open(snap, "rb") as file:
+        return *found[0], hashlib.sha256(file.read()).hexdigest()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("builds", nargs="+")
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--simd", default="auto")
+    parser.add_argument("--only", default="", help="rows whose names contain this")
+    given = parser.parse_args()
+    print("| frame |" + "".join(f" `{build}`: median | 99th |" for build in given.builds) + " ratio (least to largest) |")
+    print("|---|" + "---:|" * (2 * len(given.builds) + 1))
+    with tempfile.TemporaryDirectory() as folder:
+        for name, arguments in rows(folder):
+            if given.only in name:
+                measure(name, arguments, given, os.path.join(folder, "last.ppm"))
+
+
+def measure(name, arguments, given, snap):
+    times = {build: [] for build in given.builds}
+    for turn in range(given.rounds):
+        for build in given.builds if turn % 2 == 0 else given.builds[::-1]:
+            times[build].append(run(build, arguments, given.threads, given.simd, snap))
+    if len({picture for found in times.values() for *_, picture in found}) != 1:
+        sys.exit(f"{name}: the pictures differ")
+    line = f"| {name} |"
+    for build in given.builds:
+        line += "".join(f" {statistics.median(time[i] for time in times[build]):.2f} |" for i in (0, 1))
+    pairs = zip(times[given.builds[0]], times[given.builds[-1]])
+    ratios = sorted(first[0] / last[0] for first, last in pairs)
+    print(line + f" {statistics.median(ratios):.2f} ({ratios[0]:.2f} to {ratios[-1]:.2f}) |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
