@@ -22,6 +22,7 @@ import json
 import math
 import os
 import re
+import shutil
 import statistics
 import subprocess
 import sys
@@ -34,10 +35,11 @@ SIZES = ["1280x720", "1920x1080"]
 
 
 def tour(times):
-    """Returns the tour's commands, so many times over."""
+    """Returns the tour's commands, so many times over; only the first may set the frame's size."""
     with open(os.path.join(ROOT, "demos/tour.fbs"), "rb") as file:
-        body = b"".join(line for line in file.read().splitlines(True) if not line.startswith(b"QUIT"))
-    return body * times
+        lines = [line for line in file.read().splitlines(True) if not line.startswith(b"QUIT")]
+    again = [line for line in lines if not line.startswith(b"SIZE")]
+    return b"".join(lines + again * (times - 1))
 
 
 def room(frames):
@@ -45,23 +47,41 @@ def room(frames):
     lines = """AUTO off
 LOAD TEX wall spot_texture.png
 LOAD MESH spot spot_control_mesh.obj
-MESH room BOX 8 4 8
+LOAD MESH room walls.obj
 MESH box BOX 1 1 1
 PERSPECTIVE 1.2 0.1 40
-AMBIENT .4 .4 .4
-LIGHT 0 POINT 0 1.5 0 .8 .8 .8
+AMBIENT 1 1 1
+LIGHT 0 POINT 0 1.5 0 1 1 1
+MATERIAL .3 .3 .3 .7 .7 .7 .2 .2 .2 20
 SHADE phong
 CULL none
 TEXTURE wall trilinear""".split("\n")
     for frame in range(frames):
         angle = 2 * math.pi * frame / 240
-        lines += ["CLEAR", f"LOOKAT 0 0 0 {math.cos(angle):.6f} -.1 {math.sin(angle):.6f} 0 1 0", "IDENTITY", "DRAW room"]
+        lines += ["CLEAR", f"LOOKAT 0 0 0 {math.cos(angle):.6f} -.1 {math.sin(angle):.6f} 0 1 0"]
+        lines += ["IDENTITY", "DRAW room"]
         for i in range(12):
             turn = 2 * math.pi * i / 12
             place = f"TRANSLATE {2.8 * math.cos(turn):.4f} -1 {2.8 * math.sin(turn):.4f}"
             lines += ["IDENTITY", place, f"DRAW {'spot' if i % 3 == 0 else 'box'}"]
         lines.append("PRESENT")
     return "\n".join(lines).encode() + b"\n"
+
+
+def walls(path):
+    """Writes the walls of a room of 8 by 4 by 8 as OBJ, with normals to its inside."""
+    with open(path, "w", encoding="ascii") as file:
+        file.write("vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n")
+        for face in range(6):
+            axis, sign = face // 2, 1 - face % 2 * 2
+            for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
+                place = [a * sign, b]
+                place.insert(axis, sign)
+                file.write("v %d %d %d\n" % (4 * place[0], 2 * place[1], 4 * place[2]))
+            normal = [0, 0, 0]
+            normal[axis] = -sign
+            file.write("vn %d %d %d\n" % tuple(normal))
+            file.write("f " + " ".join(f"{4 * face + k}/{k}/{face + 1}" for k in (1, 2, 3, 4)) + "\n")
 
 
 def knot(path, around, across):
@@ -85,7 +105,7 @@ def knot(path, around, across):
 
 def rows(folder):
     """Returns the rows: name, arguments, and what the last frame is written with."""
-    streams = {"tour": tour(4), "room": room(240)}
+    streams = {"tour": tour(12), "room": room(240)}
     for name, body in streams.items():
         with open(os.path.join(folder, name + ".fbs"), "wb") as file:
             file.write(body)
@@ -95,7 +115,9 @@ def rows(folder):
     knot(os.path.join(folder, "knot.obj"), 10000, 50)
     place = lambda name: os.path.join(folder, name)
     found = [("tour, 480x360", ["play", place("tour.fbs"), "--headless", "--size", "480x360"])]
-    spot = os.path.join(MESHES, "spot")
+    walls(place("walls.obj"))
+    for name in ("spot_texture.png", "spot_control_mesh.obj"):
+        shutil.copy(os.path.join(MESHES, "spot", name), folder)
     models = {
         "teapot": place("teapot.fbs"),
         "Suzanne": os.path.join(MESHES, "suzanne-sphere/monkey_head2.obj"),
@@ -107,12 +129,12 @@ def rows(folder):
             found.append(
                 (f"viewer, {name}, {size}", ["view", path, "--headless", "--turntable", "--frames", frames, "--size", size])
             )
-        found.append((f"room, {size}", ["play", place("room.fbs"), "--headless", "--load-dir", spot, "--size", size]))
+        found.append((f"room, {size}", ["play", place("room.fbs"), "--headless", "--load-dir", folder, "--size", size]))
     return found + [(f"`{name}`, 1920x1080", ["bench", name, "--json", "--frames", "100"]) for name in scenes()]
 
 
 def scenes():
-    return [f"S{i}" for i in range(1, 8)]
+    return "S1_room S2_layers64 S3_objects10k S3_scene10k S4_mesh4M S5_sizes S6_lights S7_hidden".split()
 
 
 def run(build, arguments, threads, simd, snap):
