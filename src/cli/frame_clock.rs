@@ -1,7 +1,7 @@
 //! Frame times that `--frame-times` of `play` and `view` prints.
 //!
-//! In: the moments at which frames are complete. Out: one line on standard error. The first frame is
-//! told by itself, because it includes what is read and prepared once.
+//! In: the moments at which frames begin and are complete. Out: one line on standard error. A first
+//! frame that includes what is read and prepared once is told by itself.
 
 use super::say_as_program;
 use crate::measure::FrameTimes;
@@ -11,47 +11,50 @@ use std::time::{Duration, Instant};
 #[derive(Debug)]
 pub(super) struct FrameClock {
     begin: Instant,
+    /// Duration of the frame with the preparation.
     first: Option<Duration>,
     others: FrameTimes,
 }
 
 impl FrameClock {
-    /// Creates the clock; the first frame begins now.
+    /// Creates the clock; a frame begins now.
     pub fn start() -> Self {
         FrameClock { begin: Instant::now(), first: None, others: FrameTimes::default() }
     }
 
-    /// Ends a frame; the next one begins at the same moment.
-    pub fn end_frame(&mut self) {
-        let now = Instant::now();
-        let time = now - self.begin;
-        match self.first {
-            None => self.first = Some(time),
-            Some(_) => self.others.push(time),
-        }
-        self.begin = now;
+    /// Begins a frame anew, so that what was done since the end of the last one is not counted.
+    pub fn begin_frame(&mut self) {
+        self.begin = Instant::now();
     }
 
-    /// Begins the frame anew, so that what was done since the end of the last one is not counted.
-    pub fn restart_frame(&mut self) {
-        self.begin = Instant::now();
+    /// Ends a frame; the next one begins at the same moment.
+    pub fn end_frame(&mut self) {
+        let time = self.lap();
+        self.others.push(time);
+    }
+
+    /// Ends a frame, as [`end_frame`](Self::end_frame) does; the first one is told by itself.
+    pub fn end_frame_of_stream(&mut self) {
+        match self.first {
+            None => self.first = Some(self.lap()),
+            Some(_) => self.end_frame(),
+        }
+    }
+
+    fn lap(&mut self) -> Duration {
+        let begin = std::mem::replace(&mut self.begin, Instant::now());
+        self.begin - begin
     }
 
     /// Prints the times.
     pub fn report(&self) {
-        match self.first {
-            None => say_as_program("--frame-times: there was no frame"),
-            Some(first) => {
-                let first_ms = first.as_secs_f64() * 1e3;
-                match self.others.is_empty() {
-                    true => {
-                        say_as_program(format_args!("one frame: {first_ms:.3} ms, with what it prepared"))
-                    }
-                    false => say_as_program(format_args!(
-                        "{}; the first, with what it prepared, {first_ms:.3} ms",
-                        self.others
-                    )),
-                }
+        let first_ms = self.first.map(|first| first.as_secs_f64() * 1e3);
+        match (self.others.is_empty(), first_ms) {
+            (true, None) => say_as_program("--frame-times: there were no frames to time"),
+            (true, Some(ms)) => say_as_program(format_args!("one frame: {ms:.3} ms, with what it prepared")),
+            (false, None) => say_as_program(&self.others),
+            (false, Some(ms)) => {
+                say_as_program(format_args!("{}; the first, with what it prepared, {ms:.3} ms", self.others))
             }
         }
     }

@@ -279,7 +279,7 @@ impl Play {
         let clock = self.frame_times.then(|| Arc::new(Mutex::new(FrameClock::start())));
         if let Some(clock) = clock.clone() {
             engine.attach(OnPresent::new(move |_| {
-                clock.lock().unwrap_or_else(PoisonError::into_inner).end_frame()
+                clock.lock().unwrap_or_else(PoisonError::into_inner).end_frame_of_stream()
             }));
         }
         Outlets { display, movie, sampler, is_live, is_alone, clock }

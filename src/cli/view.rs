@@ -292,13 +292,16 @@ impl ViewArgs {
         let mut progress = super::progress::Progress::new("frames", frames);
         let mut clock = FrameClock::start();
         for i in 0..frames {
-            clock.restart_frame();
+            clock.begin_frame();
             if i > 0 {
                 viewer.step(1);
             }
             viewer.refresh();
             viewer.finish_smoothing();
-            clock.end_frame();
+            // The first picture was drawn when the file was opened.
+            if i > 0 {
+                clock.end_frame();
+            }
             if let Some(failure) = viewer.failure() {
                 say_as_program(format_args!("{}: {failure}", self.file.display()));
                 return Ok(false);
