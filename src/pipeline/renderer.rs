@@ -496,6 +496,27 @@ mod tests {
         assert!(renderer.draw_scene(&mut target, &scene, &options).is_err());
     }
 
+    #[cfg(target_arch = "x86_64")]
+    #[test]
+    fn pairs_of_vectors_draw_the_same_bytes() {
+        use crate::simd::{Level, with_pairs};
+        for seed in 1..61 {
+            let case = crate::truth::scenes::random(seed);
+            let (options, depth_format) = (SceneOptions::new(160, 120), case.format);
+            let draw = |pairs| {
+                let (mut memory, mut depth) = (VideoMemory::new(160, 120).unwrap(), None);
+                let mut target = Target { memory: &mut memory, depth: &mut depth, depth_format, ids: None };
+                let of = RenderOptions { simd: Some(Level::Avx2), ..RenderOptions::default() };
+                with_pairs(pairs, || {
+                    Renderer::new(of).draw_scene(&mut target, &case.scene, &options).unwrap()
+                });
+                memory
+            };
+            let [one, two] = [false, true].map(draw);
+            assert!(one.bytes() == two.bytes(), "seed {seed}");
+        }
+    }
+
     #[test]
     fn cancelled_draws_end_early_and_leave_nothing_to_later_ones() {
         use crate::scene::HiddenSurface;

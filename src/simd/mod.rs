@@ -37,6 +37,8 @@ mod tests;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+#[cfg(all(test, target_arch = "x86_64"))]
+pub(crate) use avx2::with_pairs;
 pub use crt::{CrtColumns, ONE, STRIPES, crt_row};
 pub use fill::fill_pixels;
 pub use level::{Kernel, Level};

@@ -252,9 +252,20 @@ proptest! {
         prop_assert_eq!(&AllOperations(input.clone()).run(Paired(Portable::<8>)), &truth);
         for level in Level::ALL {
             prop_assert_eq!(&level.dispatch(AllOperations(input.clone())), &truth, "{:?}", level);
-            prop_assert_eq!(&level.dispatch_long(AllOperations(input.clone())), &truth, "{:?}", level);
+        }
+        for pairs in [false, true] {
+            let found = long(pairs, || Level::Avx2.dispatch_long(AllOperations(input.clone())));
+            prop_assert_eq!(&found, &truth, "pairs: {}", pairs);
         }
     }
+}
+
+/// Calls `work` with or without pairs of AVX2's vectors, where there are any.
+fn long<T>(pairs: bool, work: impl FnOnce() -> T) -> T {
+    #[cfg(target_arch = "x86_64")]
+    return with_pairs(pairs, work);
+    #[cfg(not(target_arch = "x86_64"))]
+    return (|_| work())(pairs);
 }
 
 struct GatherOutside;
@@ -303,8 +314,10 @@ fn a_gather_outside_its_slice_panics_instead_of_reading() {
         assert!(std::panic::catch_unwind(|| level.dispatch(BytePairOutside)).is_err(), "{level:?}");
         let outcome = std::panic::catch_unwind(|| level.dispatch(GatherOutside));
         assert!(outcome.is_err(), "{level:?}");
-        let outcome = std::panic::catch_unwind(|| level.dispatch_long(GatherOutside));
-        assert!(outcome.is_err(), "{level:?}");
+    }
+    for pairs in [false, true] {
+        let work = || std::panic::catch_unwind(|| Level::Avx2.dispatch_long(GatherOutside));
+        assert!(long(pairs, work).is_err(), "pairs: {pairs}");
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod instructions;
 mod lanes;
+mod pairing;
 mod records;
 
 use super::pair::Paired;
@@ -12,6 +13,10 @@ use instructions::*;
 use lanes::{F, I, M};
 use records::{COMPRESS, check, index_or_0, packed, pixel_pairs, repeats, rows_of_four, transposed, upwards};
 use std::arch::x86_64::*;
+
+pub use pairing::pairs_are_faster;
+#[cfg(test)]
+pub use pairing::with_pairs;
 
 /// Token of the level; only [`run`] and [`run_paired`] create it.
 #[derive(Clone, Copy, Debug)]
