@@ -1,19 +1,22 @@
 #!/usr/bin/env python3
-"""Frame times of what users draw, for one build of fbptr or several: medians and 99th percentiles, as a Markdown table.
+"""Frame times of what users draw, for one build of fbptr or several, as a Markdown table.
 
     python3 benches/frame_times.py target/release/fbptr [OTHER/fbptr ...]
 
-In: programs that have `--frame-times` (`play`, `view`) and `p99_ms` (`bench --json`). Out: a row for each picture and size
-with the median and the 99th percentile of a frame in milliseconds, for each build the medians of the rounds; with two
-builds the ratio of the first one's median to the last one's, the median of the rounds' own ratios with the least and
-largest. The builds take turns in each round, each round in the other order, so that both are of the same minutes.
+In: programs that have `--frame-times` (`play`, `view`) and `p99_ms` (`bench --json`). Out: a row for
+each picture and size with median and 99th percentile of a frame in milliseconds, for each build the
+medians of the rounds; with several builds the ratio of the first one's median to the last one's:
+the median of the rounds' own ratios, least and largest in brackets. The builds take turns in each
+round, each round in the other order, so that slow minutes affect all of them. Of less than 100
+frames the 99th percentile is the longest.
 
-- `play`: time between two PRESENTs, decoding of the stream included, without a window. The tour is its own frames,
-  several times over; the room is a box with a texture on each wall, an animal and boxes in it, the camera turning.
+- `play`: time between two PRESENTs, decoding of the stream included, without a window. The tour's
+  own frames, several times over; a room, whose walls have a texture, with the camera turning.
 - `view --turntable`: the step of the scene and the drawing of the frame, without a window.
-- `bench`: the frames of S1 to S7, each picture compared with its truth before; 1920x1080.
+- `bench`: the frames of S1 to S7, each picture compared with its truth before; 1920x1080, and
+  7680x4320 for S5.
 
-All pictures of a row must have the same bytes in every build (`--snap` of the last frame), or the script ends.
+The last pictures of streams and models must have the same bytes in every build, or the script ends.
 """
 
 import argparse
@@ -104,7 +107,7 @@ def knot(path, around, across):
 
 
 def rows(folder):
-    """Returns the rows: name, arguments, and what the last frame is written with."""
+    """Writes the streams and models into `folder`, and returns the rows: name and arguments."""
     streams = {"tour": tour(12), "room": room(240)}
     for name, body in streams.items():
         with open(os.path.join(folder, name + ".fbs"), "wb") as file:
@@ -130,11 +133,10 @@ def rows(folder):
                 (f"viewer, {name}, {size}", ["view", path, "--headless", "--turntable", "--frames", frames, "--size", size])
             )
         found.append((f"room, {size}", ["play", place("room.fbs"), "--headless", "--load-dir", folder, "--size", size]))
-    return found + [(f"`{name}`, 1920x1080", ["bench", name, "--json", "--frames", "100"]) for name in scenes()]
-
-
-def scenes():
-    return "S1_room S2_layers64 S3_objects10k S3_scene10k S4_mesh4M S5_sizes S6_lights S7_hidden".split()
+    for name in "S1_room S2_layers64 S3_objects10k S3_scene10k S4_mesh4M S5_sizes S6_lights S7_hidden".split():
+        size = "7680x4320" if name == "S5_sizes" else "1920x1080"
+        found.append((f"`{name}`, {size}", ["bench", name, "--json", "--frames", "100"]))
+    return found
 
 
 def run(build, arguments, threads, simd, snap):
@@ -143,13 +145,15 @@ def run(build, arguments, threads, simd, snap):
     is_bench = arguments[0] == "bench"
     command += [] if is_bench else ["--frame-times", "--snap", snap]
     done = subprocess.run(["taskset", "-c", "0"] * (threads == 1) + command, capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(f"{' '.join(command)}: status {done.returncode}\n{done.stderr[-2000:]}")
     if is_bench:
         found = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
-        found = [(row["med_ms"], row["p99_ms"]) for row in found]
+        found = [(row["med_ms"], row.get("p99_ms", float("nan"))) for row in found]
     else:
         found = [tuple(map(float, times)) for times in LINE.findall(done.stderr)]
-    if done.returncode or len(found) != 1:
-        sys.exit(f"{' '.join(command)}: status {done.returncode}\n{done.stderr[-2000:]}")
+    if len(found) != 1:
+        sys.exit(f"{' '.join(command)}: {len(found)} rows of times\n{done.stderr[-2000:]}")
     if is_bench:
         return *found[0], None
     with open(snap, "rb") as file:
@@ -164,27 +168,39 @@ def main():
     parser.add_argument("--simd", default="auto")
     parser.add_argument("--only", default="", help="rows whose names contain this")
     given = parser.parse_args()
-    print("| frame |" + "".join(f" `{build}`: median | 99th |" for build in given.builds) + " ratio (least to largest) |")
-    print("|---|" + "---:|" * (2 * len(given.builds) + 1))
+    if given.rounds < 1:
+        parser.error("--rounds: at least one")
+    for build in given.builds:
+        if not os.access(build, os.X_OK):
+            parser.error(f"{build}: no program")
+    has_ratio = len(given.builds) > 1
+    ratio = " ratio (least to largest) |" if has_ratio else ""
+    print("| frame |" + "".join(f" `{build}`: median | 99th |" for build in given.builds) + ratio)
+    print("|---|" + "---:|" * (2 * len(given.builds) + has_ratio))
     with tempfile.TemporaryDirectory() as folder:
-        for name, arguments in rows(folder):
-            if given.only in name:
-                measure(name, arguments, given, os.path.join(folder, "last.ppm"))
+        chosen = [row for row in rows(folder) if given.only in row[0]]
+        if not chosen:
+            parser.error(f"--only: no row has {given.only!r} in its name")
+        for name, arguments in chosen:
+            measure(name, arguments, given, os.path.join(folder, "last.ppm"))
 
 
 def measure(name, arguments, given, snap):
-    times = {build: [] for build in given.builds}
+    """Prints the row of one picture."""
+    builds = list(range(len(given.builds)))
+    times = [[] for _ in builds]
     for turn in range(given.rounds):
-        for build in given.builds if turn % 2 == 0 else given.builds[::-1]:
-            times[build].append(run(build, arguments, given.threads, given.simd, snap))
-    if len({picture for found in times.values() for *_, picture in found}) != 1:
+        for build in builds if turn % 2 == 0 else builds[::-1]:
+            times[build].append(run(given.builds[build], arguments, given.threads, given.simd, snap))
+    if len({picture for found in times for *_, picture in found}) != 1:
         sys.exit(f"{name}: the pictures differ")
     line = f"| {name} |"
-    for build in given.builds:
-        line += "".join(f" {statistics.median(time[i] for time in times[build]):.2f} |" for i in (0, 1))
-    pairs = zip(times[given.builds[0]], times[given.builds[-1]])
-    ratios = sorted(first[0] / last[0] for first, last in pairs)
-    print(line + f" {statistics.median(ratios):.2f} ({ratios[0]:.2f} to {ratios[-1]:.2f}) |", flush=True)
+    for found in times:
+        line += "".join(f" {statistics.median(time[i] for time in found):.2f} |" for i in (0, 1))
+    if len(builds) > 1:
+        ratios = sorted(first[0] / last[0] for first, last in zip(times[0], times[-1]))
+        line += f" {statistics.median(ratios):.2f} ({ratios[0]:.2f} to {ratios[-1]:.2f}) |"
+    print(line, flush=True)
 
 
 if __name__ == "__main__":

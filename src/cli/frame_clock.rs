@@ -1,7 +1,7 @@
 //! Frame times that `--frame-times` of `play` and `view` prints.
 //!
 //! In: the moments at which frames begin and are complete. Out: one line on standard error. A first
-//! frame that includes what is read and prepared once is told by itself.
+//! frame that includes reading and preparation is printed separately.
 
 use super::say_as_program;
 use crate::measure::FrameTimes;
@@ -33,7 +33,7 @@ impl FrameClock {
         self.others.push(time);
     }
 
-    /// Ends a frame, as [`end_frame`](Self::end_frame) does; the first one is told by itself.
+    /// Ends a frame of a stream: the first one, which includes preparation, is kept separately.
     pub fn end_frame_of_stream(&mut self) {
         match self.first {
             None => self.first = Some(self.lap()),
@@ -50,11 +50,13 @@ impl FrameClock {
     pub fn report(&self) {
         let first_ms = self.first.map(|first| first.as_secs_f64() * 1e3);
         match (self.others.is_empty(), first_ms) {
-            (true, None) => say_as_program("--frame-times: there were no frames to time"),
-            (true, Some(ms)) => say_as_program(format_args!("one frame: {ms:.3} ms, with what it prepared")),
+            (true, None) => say_as_program(
+                "--frame-times: there were no frames to time; --frames and --turntable draw some of a model",
+            ),
+            (true, Some(ms)) => say_as_program(format_args!("one frame: {ms:.3} ms, including preparation")),
             (false, None) => say_as_program(&self.others),
             (false, Some(ms)) => {
-                say_as_program(format_args!("{}; the first, with what it prepared, {ms:.3} ms", self.others))
+                say_as_program(format_args!("{}; the first, including preparation, {ms:.3} ms", self.others))
             }
         }
     }

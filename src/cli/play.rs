@@ -53,8 +53,9 @@ pub struct Play {
     /// pixel (N@X,Y) has on its way
     #[arg(long, value_name = "N|X,Y|N@X,Y")]
     trace: Option<TraceAt>,
-    /// Print how long the frames took from one PRESENT to the next: their number, median, 99th percentile and longest
-    #[arg(long)]
+    /// Print how long the frames took from one PRESENT to the next, a movie's writing included: their number, median, 99th
+    /// percentile and longest
+    #[arg(long, requires = "headless")]
     frame_times: bool,
     /// Print what the last draw of faces needs, where its view comes from, and why
     #[arg(long)]

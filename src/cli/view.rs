@@ -45,7 +45,8 @@ pub struct ViewArgs {
     /// Open no window
     #[arg(long)]
     headless: bool,
-    /// Print how long the frames took to draw: their number, median, 99th percentile and longest
+    /// Print how long the frames took to draw, from the second one on and where something moves: their number, median, 99th
+    /// percentile and longest
     #[arg(long, requires = "headless")]
     frame_times: bool,
     /// Frame and light models, put them on a ground, and smooth what is at rest: on or off
@@ -122,6 +123,9 @@ impl ViewArgs {
         }
         if let Some(path) = &self.movie {
             MovieFormat::of_path(path).map_err(|e| bad(e.to_string()))?;
+        }
+        if self.frame_times && self.web.is_wanted() {
+            return Err(bad("--frame-times and --web: browsers set the pace of frames".to_owned()));
         }
         let web = self.web.prepare(self.allow_remote).map_err(bad)?;
         let budget = self.drawing.budget();
@@ -296,10 +300,10 @@ impl ViewArgs {
             if i > 0 {
                 viewer.step(1);
             }
-            viewer.refresh();
+            let is_new = viewer.refresh();
             viewer.finish_smoothing();
-            // The first picture was drawn when the file was opened.
-            if i > 0 {
+            // The first picture was drawn when the file was opened; what is at rest is not drawn.
+            if i > 0 && is_new {
                 clock.end_frame();
             }
             if let Some(failure) = viewer.failure() {

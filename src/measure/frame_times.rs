@@ -1,7 +1,7 @@
 //! Times of single frames, and their percentiles.
 //!
-//! In: the duration of each frame. Out: percentiles by nearest rank: the p-th is the shortest of the
-//! times that at least p percent of the frames did not exceed, so it is always one that was measured.
+//! In: the duration of each frame. Out: percentiles by nearest rank: the p-th is the shortest of
+//! the times that at least p percent of the frames did not exceed, so it always is one of them.
 
 use std::fmt;
 use std::time::Duration;

@@ -500,6 +500,9 @@ mod tests {
     #[test]
     fn pairs_of_vectors_draw_the_same_bytes() {
         use crate::simd::{Level, with_pairs};
+        if !Level::Avx2.is_available() {
+            return;
+        }
         for seed in 1..61 {
             let case = crate::truth::scenes::random(seed);
             let (options, depth_format) = (SceneOptions::new(160, 120), case.format);
