@@ -45,8 +45,7 @@ pub struct ViewArgs {
     /// Open no window
     #[arg(long)]
     headless: bool,
-    /// Print how long the frames took to draw, from the second one on and where something moves: their number, median, 99th
-    /// percentile and longest
+    /// Print how long the frames took to draw, from the second one on: their number, median, 99th percentile and longest
     #[arg(long, requires = "headless")]
     frame_times: bool,
     /// Frame and light models, put them on a ground, and smooth what is at rest: on or off
@@ -302,7 +301,7 @@ impl ViewArgs {
             }
             let is_new = viewer.refresh();
             viewer.finish_smoothing();
-            // The first picture was drawn when the file was opened; what is at rest is not drawn.
+            // The first picture was drawn when the file was opened.
             if i > 0 && is_new {
                 clock.end_frame();
             }
