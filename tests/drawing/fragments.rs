@@ -128,8 +128,8 @@ fn the_files_first_of_equally_near_faces_is_seen_whatever_its_size() {
             let plain = draw(plain, &mesh, format, size);
             assert!(plain.0.pixels_tested > plain.0.pixels_written && plain.0.pixels_written >= least);
             for simd in Level::ALL.into_iter().filter(|l| l.is_available()) {
-                let is_widest = simd == Level::best();
-                for threads in [1, 3].into_iter().take(if is_widest { 2 } else { 1 }) {
+                let numbers: &[usize] = if simd == Level::best() { &[1, 3] } else { &[1] };
+                for &threads in numbers {
                     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                     let pool = (threads > 1).then(|| Arc::new(pool));
                     let options = RenderOptions {
