@@ -50,9 +50,9 @@ impl FrameClock {
     pub fn report(&self) {
         let first_ms = self.first.map(|first| first.as_secs_f64() * 1e3);
         match (self.others.is_empty(), first_ms) {
-            (true, None) => {
-                say_as_program("--frame-times: there were no frames to time; --frames draws more")
-            }
+            (true, None) => say_as_program(
+                "--frame-times: there were no frames to time: --frames asks for more, and a still picture is drawn once",
+            ),
             (true, Some(ms)) => say_as_program(format_args!("one frame: {ms:.3} ms, including preparation")),
             (false, None) => say_as_program(&self.others),
             (false, Some(ms)) => {

@@ -35,8 +35,16 @@ fn view_prints_the_times_of_drawing() {
     assert!(!line.contains("the first"), "{line}");
     let web = run(&[&arguments[..], &["--headless", "--web", ":0"]].concat(), b"");
     assert!(web.status.code() == Some(2) && err(&web).contains("--web"), "{}", err(&web));
-    let one = run(&["view", path, "--size", "64x48", "--headless", "--frame-times"], b"");
-    assert!(one.status.success() && err(&one).contains("no frames to time"), "{}", err(&one));
+    // One frame alone, and a stream without motion.
+    for (path, frames) in [(path, "1"), ("demos/ball.fbs", "4")] {
+        let arguments = ["view", path, "--size", "64x48", "--headless", "--frames", frames, "--frame-times"];
+        let still = run(&arguments, b"");
+        assert!(
+            still.status.success() && err(&still).contains("no frames to time"),
+            "{path}: {}",
+            err(&still)
+        );
+    }
     // In a window the frames wait for the clock.
     let refused = run(&arguments, b"");
     assert!(refused.status.code() == Some(2) && err(&refused).contains("--headless"), "{}", err(&refused));
