@@ -301,7 +301,7 @@ impl ViewArgs {
             }
             let is_new = viewer.refresh();
             viewer.finish_smoothing();
-            // The first picture was drawn when the file was opened, and a still one is not drawn again.
+            // The first picture was drawn when the file was opened; a still one is not drawn again.
             if i > 0 && is_new {
                 clock.end_frame();
             }
