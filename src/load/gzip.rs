@@ -1,15 +1,16 @@
 //! Decompression of gzip files (RFC 1952).
 //!
 //! In: the bytes of a file and the memory limits. Out: the inflated bytes of all members with their
-//! reservation, or an error. Output can be a thousand times as long as the input, so it grows in
+//! reservation, or an error. Zero bytes after the last member are padding, as gzip 1.12 has it; any
+//! other bytes there are an error. Output can be a thousand times as long as the input, so it grows in
 //! steps, each reserved before it is allocated, and never beyond the limit. A missing reservation
 //! is found by tests/allocations/decoder_memory.rs.
 
 use super::polled::PolledBytes;
 use super::{LoadErrorKind, LoadMemory};
 use crate::memory::Reservation;
-use flate2::bufread::MultiGzDecoder;
-use std::io::Read;
+use flate2::bufread::GzDecoder;
+use std::io::{BufRead, Read};
 
 /// Most inflated bytes of a gzip file.
 pub(crate) const MAX_INFLATED: u64 = 512 << 20;
@@ -36,21 +37,45 @@ pub(crate) fn inflate(
     memory: &LoadMemory,
 ) -> Result<(Vec<u8>, Reservation), LoadErrorKind> {
     let mut held = memory.work(DECODER_BYTES)?;
-    let mut decoder = MultiGzDecoder::new(PolledBytes::new(bytes, memory.cancel()));
+    let mut rest = PolledBytes::new(bytes, memory.cancel());
     let mut out: Vec<u8> = Vec::new();
     loop {
+        let mut member = GzDecoder::new(rest);
+        append(&mut member, &mut out, limit, memory, &mut held)?;
+        rest = member.into_inner();
+        if is_padding(&mut rest).map_err(|e| undecodable(&e))? {
+            return Ok((out, held));
+        }
+    }
+}
+
+fn undecodable(reason: &std::io::Error) -> LoadErrorKind {
+    LoadErrorKind::Undecodable { format: "gzip file", reason: reason.to_string() }
+}
+
+/// Appends the output of one member to `out`, which grows within `limit` and `held`.
+fn append(
+    member: &mut impl Read,
+    out: &mut Vec<u8>,
+    limit: u64,
+    memory: &LoadMemory,
+    held: &mut Reservation,
+) -> Result<(), LoadErrorKind> {
+    loop {
         // One byte beyond the limit shows that there is more.
-        let room = (limit + 1).saturating_sub(out.len() as u64);
-        let step = out.len().max(FIRST_STEP).min(room as usize);
-        // Growing copies the vector: for a moment both allocations exist.
-        let moved = memory.work(out.len() as u64)?;
-        held.try_grow(step as u64).map_err(LoadErrorKind::OverBudget)?;
-        out.reserve_exact(step);
-        drop(moved);
-        let read = (&mut decoder).take(step as u64).read_to_end(&mut out);
+        let left = (limit + 1).saturating_sub(out.len() as u64);
+        let spare = out.capacity() - out.len();
+        let step = if spare > 0 { spare } else { out.len().max(FIRST_STEP) }.min(left as usize);
+        if spare < step {
+            // Growing copies the vector: for a moment both allocations exist.
+            let moved = memory.work(out.len() as u64)?;
+            held.try_grow(step as u64).map_err(LoadErrorKind::OverBudget)?;
+            out.reserve_exact(step);
+            drop(moved);
+        }
+        let read = member.take(step as u64).read_to_end(out);
         memory.check_cancelled()?;
-        let read =
-            read.map_err(|e| LoadErrorKind::Undecodable { format: "gzip file", reason: e.to_string() })?;
+        let read = read.map_err(|e| undecodable(&e))?;
         if out.len() as u64 > limit {
             return Err(LoadErrorKind::TooBig {
                 what: "bytes of an inflated file",
@@ -59,7 +84,23 @@ pub(crate) fn inflate(
             });
         }
         if read < step {
-            return Ok((out, held));
+            return Ok(());
+        }
+    }
+}
+
+/// Returns whether only zero bytes, or none, are left; leaves any other byte unread.
+fn is_padding(rest: &mut PolledBytes<'_>) -> std::io::Result<bool> {
+    loop {
+        let piece = rest.fill_buf()?;
+        if piece.is_empty() {
+            return Ok(true);
+        }
+        let zeros = piece.iter().take_while(|byte| **byte == 0).count();
+        let is_all = zeros == piece.len();
+        rest.consume(zeros);
+        if !is_all {
+            return Ok(false);
         }
     }
 }
@@ -88,6 +129,18 @@ mod tests {
             assert_eq!(inflated, text, "{cut}");
             assert!(held.bytes() >= inflated.capacity() as u64, "{cut}: {} bytes held", held.bytes());
         }
+    }
+
+    #[test]
+    fn zeros_after_the_last_member_are_padding() {
+        let text = vec![0; 70_000];
+        let inflated = |file: &[u8]| inflate(file, MAX_INFLATED, &LoadMemory::unlimited());
+        for zeros in [1, 511, 40_000] {
+            let padded = [packed(&text), vec![0; zeros]].concat();
+            assert_eq!(inflated(&padded).unwrap().0, text, "{zeros} zeros");
+            assert!(inflated(&[&padded[..], b"x"].concat()).is_err(), "a byte after {zeros} zeros");
+        }
+        assert!(inflated(&[packed(&text), b"x".to_vec()].concat()).is_err(), "a byte after the member");
     }
 
     #[test]

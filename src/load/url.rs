@@ -31,6 +31,16 @@ pub(crate) fn is_outside(folder: &str, url: &str) -> bool {
     names_file && path_inside(folder, bare).is_none()
 }
 
+/// Returns `url`, written in a file of the folder `from`, as a file of the folder `to` would write
+/// it. URLs with a scheme and absolute paths stay as they are.
+pub(crate) fn rebased(url: &str, from: &str, to: &str) -> String {
+    let name = url.trim();
+    match name.is_empty() || from == to || has_scheme(name) || name.starts_with(['/', '\\']) {
+        true => url.to_string(),
+        false => format!("{}{from}{name}", "../".repeat(to.matches('/').count())),
+    }
+}
+
 /// Returns whether a URL begins with a scheme, such as `http:`.
 fn has_scheme(url: &str) -> bool {
     url.split_once(':').is_some_and(|(scheme, _)| {

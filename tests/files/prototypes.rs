@@ -228,6 +228,52 @@ fn extern_prototypes_come_from_files_beside_the_scene() {
 }
 
 #[test]
+fn a_url_belongs_to_the_folder_of_the_file_that_gives_it() {
+    let shape = |name: &str| format!("<Scene><Shape><{name}/></Shape></Scene>");
+    let proto = "<Scene><ProtoDeclare name='P'><ProtoInterface>\
+        <field name='file' type='MFString' accessType='inputOutput' value='\"part.x3d\"'/></ProtoInterface>\
+        <ProtoBody><Inline><IS><connect nodeField='url' protoField='file'/></IS></Inline></ProtoBody></ProtoDeclare></Scene>";
+    // An instance in a prototype of the same file passes its value on.
+    let pass = "<Scene><ExternProtoDeclare name='P' url='../lib/p.x3d#P'/><ProtoDeclare name='Q'><ProtoInterface>\
+        <field name='outer' type='MFString' accessType='inputOutput' value='\"part.x3d\"'/></ProtoInterface><ProtoBody>\
+        <ProtoInstance name='P'><IS><connect nodeField='file' protoField='outer'/></IS></ProtoInstance>\
+        </ProtoBody></ProtoDeclare></Scene>";
+    let [cone, box_, sphere] = ["Cone", "Box", "Sphere"].map(shape);
+    let files = [
+        ("lib/p.x3d", proto),
+        ("more/pass.x3d", pass),
+        ("lib/part.x3d", &cone),
+        ("more/part.x3d", &box_),
+        ("part.x3d", &sphere),
+    ];
+    let faces = |proto: &str, value: &str| {
+        let text = format!(
+            "<Scene><ExternProtoDeclare name='I' url='{proto}'/><ProtoInstance name='I'>{value}</ProtoInstance></Scene>"
+        );
+        let document = with(&text, &files).unwrap();
+        (document.at(0.0).objects.first().map(|o| o.geometry.mesh.corners.len()), warnings(&document))
+    };
+    let of = |text: &str| {
+        scene(&text.replace("<Scene>", "").replace("</Scene>", "")).objects[0].geometry.mesh.corners.len()
+    };
+    let [cone, box_, sphere] = [&cone, &box_, &sphere].map(|text| Some(of(text)));
+    assert!(cone != box_ && box_ != sphere && cone != sphere);
+    let mine = |value: &str, field: &str| format!("<fieldValue name='{field}' value='\"{value}\"'/>");
+    for (proto, value, expected) in [
+        ("lib/p.x3d#P", String::new(), cone),
+        ("lib/p.x3d#P", mine("part.x3d", "file"), sphere),
+        ("lib/p.x3d#P", mine("more/part.x3d", "file"), box_),
+        ("more/pass.x3d#Q", String::new(), box_),
+        ("more/pass.x3d#Q", mine("./part.x3d", "outer"), sphere),
+        ("more/pass.x3d#Q", mine("lib/part.x3d", "outer"), cone),
+    ] {
+        assert_eq!(faces(proto, &value), (expected, Vec::new()), "{proto} {value}");
+    }
+    let (none, found) = faces("lib/p.x3d#P", &mine("../part.x3d", "file"));
+    assert!(none.is_none() && found[0].contains("lies outside of"), "{found:?}");
+}
+
+#[test]
 fn what_is_wrong_with_fields_is_said_once_at_its_place() {
     let text = "<Scene><ProtoDeclare name='P'><ProtoInterface>\n<field name='m' type='SFMatrix3f' accessType='inputOutput' value='1'/>\
         <field name='n' type='SFInt32' accessType='inputOutput' value='4'/></ProtoInterface><ProtoBody><Group>\n\

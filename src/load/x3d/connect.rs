@@ -7,10 +7,11 @@
 
 use super::build::{Builder, File, OpenNode};
 use super::graph::{Child, NodeId};
-use super::instance::{FieldType, Gift, Given, LINK_BYTES};
+use super::instance::{FieldType, Gift, Given, GivenValue, LINK_BYTES};
 use super::names::{container_of, is_taken};
 use super::units::in_radians;
-use super::unknown;
+use super::value::Value;
+use super::{unknown, url};
 use crate::load::LoadError;
 use roxmltree::Node as Element;
 use std::rc::Rc;
@@ -33,9 +34,7 @@ impl<'d> Builder<'d, '_> {
             let gift = self.gift(file, outer, depth)?;
             given.gifts[i] = match (gift, given.interface[i].ty) {
                 (gift @ Gift::Nodes(_), FieldType::Nodes) => gift,
-                (Gift::Value(value, kind, angle), FieldType::Value(own)) if kind == own => {
-                    Gift::Value(value, kind, angle)
-                }
+                (Gift::Value(value), FieldType::Value(own)) if value.kind == own => Gift::Value(value),
                 (Gift::Nothing | Gift::DefaultNodes, _) => continue,
                 _ => {
                     self.warn(file, connect, format!("IS joins {field:?} to a field of another type"));
@@ -128,7 +127,6 @@ impl<'d> Builder<'d, '_> {
         element: Element<'d, 'd>,
         node: &mut OpenNode,
     ) -> Result<Vec<(usize, &'d str)>, LoadError> {
-        let ty = node.ty;
         let mut links = Vec::new();
         for is in element.children().filter(|c| c.tag_name().name() == "IS") {
             for (connect, number, field) in self.connections(file, is) {
@@ -137,24 +135,60 @@ impl<'d> Builder<'d, '_> {
                 links.push((number, field));
                 match self.gift(file, number, node.depth)? {
                     Gift::Nothing | Gift::DefaultNodes => {}
-                    Gift::Value(value, kind, angle) => match ty.field(field) {
-                        Some(i) if ty.fields[i].kind == kind => {
-                            node.values[i] = in_radians(value, ty.name, field, angle);
-                        }
-                        Some(i) => {
-                            let (own, given) = (ty.fields[i].kind.describe(), kind.describe());
-                            let message =
-                                format!("<{}> {field} takes {own}, and IS gives it {given}", ty.name);
-                            self.warn(file, connect, message);
-                        }
-                        None if unknown::is_group(ty) => {}
-                        None => self.warn(file, connect, format!("<{}> has no field {field:?}", ty.name)),
-                    },
+                    Gift::Value(value) => self.connect_value(file, connect, field, value, node)?,
                     Gift::Nodes(nodes) => self.connect_nodes(file, connect, field, &nodes, node),
                 }
             }
         }
         Ok(links)
+    }
+
+    /// Sets a field of a node in the body to a value.
+    fn connect_value(
+        &mut self,
+        file: &File<'d>,
+        connect: Element<'d, 'd>,
+        field: &str,
+        given: GivenValue,
+        open: &mut OpenNode,
+    ) -> Result<(), LoadError> {
+        let ty = open.ty;
+        match ty.field(field) {
+            Some(i) if ty.fields[i].kind == given.kind => {
+                open.values[i] = match given.value {
+                    Value::Texts(urls) if is_url(field) && given.folder != file.folder => {
+                        self.rebased(file, connect, &urls, &given.folder)?
+                    }
+                    value => in_radians(value, ty.name, field, given.angle),
+                };
+            }
+            Some(i) => {
+                let (own, given) = (ty.fields[i].kind.describe(), given.kind.describe());
+                self.warn(
+                    file,
+                    connect,
+                    format!("<{}> {field} takes {own}, and IS gives it {given}", ty.name),
+                );
+            }
+            None if unknown::is_group(ty) => {}
+            None => self.warn(file, connect, format!("<{}> has no field {field:?}", ty.name)),
+        }
+        Ok(())
+    }
+
+    /// Returns URLs of a file in the folder `from` as the file of the body would write them.
+    fn rebased(
+        &mut self,
+        file: &File<'d>,
+        connect: Element<'d, 'd>,
+        urls: &[String],
+        from: &str,
+    ) -> Result<Value, LoadError> {
+        let added = from.len() + "../".len() * file.folder.matches('/').count();
+        let bytes = urls.iter().map(|url| url.len() + added + size_of::<String>()).sum();
+        self.hold(file, connect, bytes)?;
+        let rebased = |name: &String| url::rebased(name, from, &file.folder);
+        Ok(Value::Texts(urls.iter().map(rebased).collect()))
     }
 
     /// Adds nodes from an instance to a field of a node in the body.
@@ -186,4 +220,9 @@ impl<'d> Builder<'d, '_> {
             }
         }
     }
+}
+
+/// Returns whether a field holds URLs: `url`, `frontUrl` and its kin.
+fn is_url(field: &str) -> bool {
+    field == "url" || field.ends_with("Url")
 }

@@ -51,11 +51,21 @@ pub(super) enum FieldType {
 #[derive(Clone)]
 pub(super) enum Gift {
     Nothing,
-    /// A value, its type, and its unit of angle in radians.
-    Value(Value, Kind, f64),
+    Value(GivenValue),
     Nodes(Rc<[NodeId]>),
     /// The nodes in the field's declaration, built when they are first needed.
     DefaultNodes,
+}
+
+/// Value of a prototype field, with the properties of the file that gives it.
+#[derive(Clone)]
+pub(super) struct GivenValue {
+    pub(super) value: Value,
+    pub(super) kind: Kind,
+    /// The file's unit of angle in radians.
+    pub(super) angle: f64,
+    /// The file's folder, to which relative URLs refer (ISO/IEC 19775-1 clause 4.4.4.4).
+    pub(super) folder: Rc<str>,
 }
 
 /// A field of a node in the body that IS connects to a field of the prototype.
@@ -256,9 +266,14 @@ impl<'d> Builder<'d, '_> {
         number: usize,
         depth: usize,
     ) -> Result<Given<'d>, LoadError> {
-        let angle = self.protos.all[number].units.angle;
+        let proto = &self.protos.all[number];
         let default = |field: &Field| match (&field.default, field.ty) {
-            (Some(value), FieldType::Value(kind)) => Gift::Value(value.clone(), kind, angle),
+            (Some(value), FieldType::Value(kind)) => Gift::Value(GivenValue {
+                value: value.clone(),
+                kind,
+                angle: proto.units.angle,
+                folder: Rc::clone(&proto.folder),
+            }),
             (None, FieldType::Value(_)) => Gift::Nothing,
             (_, FieldType::Nodes) => Gift::DefaultNodes,
         };
@@ -277,7 +292,12 @@ impl<'d> Builder<'d, '_> {
                     match (given.interface[i].ty, child.attribute_node("value")) {
                         (FieldType::Value(kind), Some(text)) => {
                             let value = read_field(self.sources[file.source], name, kind, &text)?;
-                            given.gifts[i] = Gift::Value(value, kind, file.units.angle);
+                            given.gifts[i] = Gift::Value(GivenValue {
+                                value,
+                                kind,
+                                angle: file.units.angle,
+                                folder: Rc::clone(&file.folder),
+                            });
                         }
                         (FieldType::Value(_), None) => {}
                         (FieldType::Nodes, _) => {
