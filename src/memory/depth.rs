@@ -331,7 +331,12 @@ mod tests {
 
     #[test]
     fn a_clear_is_seen_at_once_however_late_the_words_are_stored() {
-        for (width, format) in [(5, DepthFormat::F32), (700, DepthFormat::U24), (300, DepthFormat::U16)] {
+        for (width, format) in [
+            (5, DepthFormat::F32),
+            (700, DepthFormat::U24),
+            (300, DepthFormat::U16),
+            (17_000, DepthFormat::F32),
+        ] {
             let far = format.encode(1.0, 0.0);
             let near = |i: usize| far - 9 - i as u32 % 7;
             let len = width as usize * 4;
@@ -343,7 +348,7 @@ mod tests {
             // of it is set.
             let mut want = vec![far; len];
             let cells = depth.cells_mut();
-            if !cells.words.is_empty() {
+            if !cells.pending_clear.is_empty() {
                 let row = width as usize * 2;
                 let columns = cell_columns(0, width as usize);
                 cells.words[row..row + columns.end].fill(cells.far);

@@ -129,6 +129,15 @@ mod tests {
     }
 
     #[test]
+    fn a_frame_too_wide_for_cells_is_cleared_at_once() {
+        let mut ids = PickBuffer::new(17_000, 2);
+        (0..34_000).for_each(|i| ids.set(i, 1, 2));
+        ids.clear();
+        assert!(ids.cells_mut().pending_clear.is_empty());
+        assert!((0..34_000).all(|i| ids.get(i % 17_000, i / 17_000).is_none()));
+    }
+
+    #[test]
     fn a_clear_is_seen_at_once_however_late_it_is_stored() {
         for width in [5, 300, 700] {
             let mut ids = PickBuffer::new(width, 4);

@@ -252,8 +252,7 @@ pub(crate) fn cannot_self_occlude(call: &DrawCall, geometry_info: Option<&Geomet
         return false;
     }
     match mesh.triangles.len() {
-        0 => true,
-        1 => true,
+        0 | 1 => true,
         _ if call.cull == Cull::None => false,
         _ => match geometry_info {
             Some(info) => *info.convex_body.get_or_init(|| is_convex_solid(call.geometry)),

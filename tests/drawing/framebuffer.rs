@@ -4,7 +4,7 @@ use fbptr::command::{
     Command, Decoder, EndOfInput, Figure, Flow, Group, Limits, Sink, StreamError, StreamPosition, Verb,
     binary_pixel,
 };
-use fbptr::draw2d::{self, Blend};
+use fbptr::draw2d::{self, Blend, Rect};
 use fbptr::glam::DVec3;
 use fbptr::math::matrix;
 use fbptr::pipeline::{DrawStats, EmptyDraw};
@@ -269,7 +269,7 @@ fn show_whole_lights_a_mesh_and_brings_it_into_the_frame() {
 fn a_draw_that_shows_nothing_says_why() {
     let sphere = shapes::sphere(1.0).expect("a size");
     type Change = fn(&mut Framebuffer);
-    let cases: [(EmptyDraw, Change); 6] = [
+    let cases: [(EmptyDraw, Change); 7] = [
         (EmptyDraw::NoLight, |fb| {
             fb.state.lights.clear();
             fb.state.ambient = DVec3::ZERO;
@@ -294,6 +294,7 @@ fn a_draw_that_shows_nothing_says_why() {
             fb.draw(&shapes::sphere(1.0).expect("a size")).expect("a camera").visible().expect("it is seen");
             fb.state.model = glam::DMat4::from_scale(DVec3::splat(0.2));
         }),
+        (EmptyDraw::Clipped, |fb| fb.set_clip(Some(Rect { x: 0, y: 0, w: 3, h: 2 }))),
     ];
     for (reason, set) in cases {
         let mut fb = Framebuffer::new(SIZE[0], SIZE[1]).expect("a frame");

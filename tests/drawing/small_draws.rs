@@ -114,8 +114,9 @@ fn draws_drawn_together_are_those_drawn_one_after_the_other() {
                 [if i % 50 > 40 { i % 3 } else { 0 }];
             let mut call = DrawCall::of_object(object, &scene, &options);
             call.name = i as u32;
-            if i % 37 == 36 {
-                // Refused.
+            // Refused calls, with fewer and with more calls between them than one thread prepares.
+            let run = if seed % 3 == 2 { 197 } else { 37 };
+            if i % run == run - 1 {
                 call.model.w_axis.x = f64::NAN;
             }
             calls.push(call);

@@ -35,3 +35,31 @@ fn every_worked_case_is_reproduced() {
     }
     assert!(seen >= 8, "only {seen} cases found");
 }
+
+#[test]
+fn a_picture_of_another_form_is_refused_at_its_place() {
+    let scene = EyeScene::from_json(
+        br#"{"dim": 2, "pixels": [2], "d": 1, "S": [2], "I_d": 0.2, "facets": [{"v": [[2, -1], [2, 1]], "color": [9, 9, 9]}],
+            "lights": [{"type": "parallel", "direction": [1, 0], "color": [1, 1, 1]}]}"#,
+    )
+    .unwrap();
+    let good = render(&scene).to_json();
+    assert_eq!(
+        EyePicture::from_value(&serde_json::from_str(&good).unwrap(), &scene).unwrap(),
+        render(&scene)
+    );
+    let error = |from: &str, to: &str| {
+        assert!(good.contains(from), "{from} in {good}");
+        let value = serde_json::from_str(&good.replacen(from, to, 1)).unwrap();
+        EyePicture::from_value(&value, &scene).unwrap_err().to_string()
+    };
+    for (from, to, expected) in [
+        ("\"facet\":[0,0]", "\"facet\":[0]", "expected.facet: expected 2 entries, found 1"),
+        ("\"lit\":[[true],[true]]", "\"lit\":[[true],[]]", "expected.lit[1]: expected 1 entries, found 0"),
+        ("[true]", "[1]", "expected.lit[0][0]: expected true or false, found 1"),
+        ("\"dist\"", "\"distance\"", "expected.distance: unknown field"),
+    ] {
+        let found = error(from, to);
+        assert!(found.starts_with(expected), "{found}");
+    }
+}

@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::command::Figure;
-use crate::memory::Rgba;
+use crate::command::PayloadPool;
+use crate::memory::{MemoryBudget, MemoryUse, Rgba};
 
 /// Keeps pixels, errors, and texts with their buffers.
 #[derive(Default)]
@@ -79,4 +80,58 @@ fn one_hex_digit_is_a_grey_where_that_is_accepted() {
     let grey = |v| [v, v, v, 255];
     assert_eq!(heard.pixels, [(1, 2, grey(0xff)), (3, -4, grey(0)), (5, 6, grey(0xaa))]);
     assert_eq!(heard.errors, [Code::Colour; 3]);
+}
+
+#[test]
+fn a_payload_beyond_the_memory_is_refused_and_skipped_and_all_of_it_is_given_back() {
+    let budget = MemoryBudget::new(3 << 20);
+    let pool = PayloadPool::within(&budget);
+    let others = budget.try_reserve(MemoryUse::Draws, 1 << 20).unwrap();
+    let (mut decoder, mut heard) = (Decoder::with_payload_pool(Limits::default(), &pool), Heard::default());
+    let length = 2_500_000;
+    let mut feed = |decoder: &mut Decoder, bytes: &[u8]| {
+        let _ = decoder.feed(bytes, &mut heard);
+        (heard.errors.clone(), heard.texts.len(), heard.pixels.len())
+    };
+    let none = (Vec::new(), 0, 0);
+    assert_eq!(feed(&mut decoder, format!("TEXT 0 0 ff :{length}\n").as_bytes()), none);
+    let mut left = length;
+    // Two of its three steps of a mebibyte fit.
+    while left > length - (2 << 20) {
+        let piece = left.min(100_000).min(left - (length - (2 << 20)));
+        assert_eq!(feed(&mut decoder, &vec![b'a'; piece]), none);
+        left -= piece;
+    }
+    assert_eq!(budget.available(), 0);
+    let refused = (vec![Code::Quota], 0, 0);
+    assert_eq!(feed(&mut decoder, b"a"), refused);
+    assert_eq!(budget.available(), 2 << 20);
+    // The rest is no command.
+    assert_eq!(feed(&mut decoder, &vec![b'\n'; left - 2]), refused);
+    assert_eq!(feed(&mut decoder, b"\nPX 1 2 ff\n"), (vec![Code::Quota], 0, 1));
+    drop(others);
+    // A small payload that would keep its buffer gives it back while memory is short.
+    for is_tight in [false, true] {
+        let free = if is_tight { 400_000 } else { 3 << 20 };
+        let others = budget.try_reserve(MemoryUse::Draws, budget.available() - free).unwrap();
+        feed(&mut decoder, b"BLIT 0 0 50 50 :10000\n1");
+        feed(&mut decoder, &[2; 9999]);
+        assert_eq!(decoder.payload.capacity() == 0, is_tight);
+        drop(others);
+    }
+}
+
+#[test]
+fn a_text_that_is_a_lines_end_is_utf_8_and_not_empty() {
+    let (mut decoder, mut heard) = decoder();
+    for (line, code) in [
+        (&b"PRINT 0 0 ff \xc3\xa9\n"[..], None),
+        (b"PRINT 0 0 ff caf\xc3\n", Some(Code::Format)),
+        (b"TITLE \xff\xfe\n", Some(Code::Format)),
+        (b"TITLE \t  \n", Some(Code::Args)),
+        (b"TITLE a\x07b\n", Some(Code::Format)),
+    ] {
+        let _ = decoder.feed(line, &mut heard);
+        assert_eq!(heard.errors.pop(), code, "{}", line.escape_ascii());
+    }
 }

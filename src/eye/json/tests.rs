@@ -71,6 +71,11 @@ fn every_mistake_is_refused_with_its_place() {
             r#""aperture_deg": [90]"#,
             "aperture_deg[0]: expected an angle from 0 to below 90, found 90",
         ),
+        (
+            r#""aperture_tan": [0.5]"#,
+            r#""aperture_tan": [0.5], "aperture_deg": [30]"#,
+            "aperture_deg: expected either aperture_tan or aperture_deg, found both",
+        ),
         (r#""I_d": 0.2"#, r#""I_d": 1.2"#, "I_d[0]: expected 0 to 1, found 1.2"),
         (r#""I_d": 0.2"#, r#""I_d": [0, 1]"#, "I_d: expected 3 entries, found 2"),
         (r#""n": 1}, "b"#, r#""m": 1}, "b"#, "view.m: unknown field, expected one of k, n"),
@@ -117,4 +122,14 @@ fn every_mistake_is_refused_with_its_place() {
     assert_eq!(error_of(&case), "scene.facets[0].v[1]: expected 3 entries, found 2");
     let huge = GOOD.replacen("[4]", "[4000000000]", 1);
     assert_eq!(EyeScene::from_json(huge.as_bytes()).unwrap_err().code(), Code::TooBig);
+}
+
+#[test]
+fn apertures_in_degrees_are_tangents_of_their_angles() {
+    for (degrees, tangent) in [("0", 0.0), ("45", 1.0), ("30", 1.0 / 3f64.sqrt()), ("80", 5.671281819617709)]
+    {
+        let text = GOOD.replacen(r#""aperture_tan": [0.5]"#, &format!(r#""aperture_deg": [{degrees}]"#), 1);
+        let parts = EyeScene::from_json(text.as_bytes()).unwrap().into_parts();
+        assert!((parts.aperture_tan[0] - tangent).abs() <= 1e-15 * tangent, "{degrees}: {parts:?}");
+    }
 }

@@ -1,6 +1,7 @@
 //! Tests of both sides of a shared file: the foreign side uses plain reads and writes.
 
 use super::*;
+use crate::error::Code;
 use std::os::unix::fs::FileExt;
 
 struct Folder(PathBuf);
@@ -96,6 +97,25 @@ fn it_survives_a_restart_and_refuses_what_is_not_its_own() {
         assert!(matches!(SharedFile::open(&letter, (5, 3), true), Err(SharedError::NotOurs { .. })));
         assert_eq!(std::fs::read(&letter).unwrap(), text, "left as it was");
     }
+    // Its own file with one number of the header changed, or of another length.
+    let good = std::fs::read(&path).unwrap();
+    for (at, expected) in [
+        (8, "version 1"),
+        (12, "header bytes 4096"),
+        (16, "a size and its stride"),
+        (20, "4176 bytes"),
+        (24, "a size and its stride"),
+        (28, "format 1"),
+    ] {
+        let mut changed = good.clone();
+        changed[at] += 1;
+        std::fs::write(&letter, &changed).unwrap();
+        let e = SharedFile::open(&letter, (5, 3), false).unwrap_err();
+        assert!(e.to_string().contains(expected) && e.code() == Code::Format, "{at}: {e}");
+    }
+    std::fs::write(&letter, [&good[..], b"x"].concat()).unwrap();
+    let e = SharedFile::open(&letter, (5, 3), false).unwrap_err();
+    assert!(e.to_string().contains("4156 bytes"), "{e}");
     std::os::unix::fs::symlink(&path, folder.0.join("link")).unwrap();
     for other in [folder.0.join("link"), folder.0.clone(), "/dev/null".into()] {
         let e = SharedFile::open(&other, (5, 3), true).unwrap_err();

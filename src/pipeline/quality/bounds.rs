@@ -270,6 +270,7 @@ fn similarity(m: DMat3) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Corner;
     use crate::scene::shapes;
     use crate::truth::scenes::object;
 
@@ -289,6 +290,17 @@ mod tests {
         broken.corners[0].position = 99;
         assert_eq!(MeshAngles::of(&broken), None);
         assert_eq!(MeshAngles::of(&Mesh::default()), None);
+        // Triangles without area do not count; one with area in a polygon without has no normal.
+        let points = || vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::X * 2.0];
+        let flat = Mesh::from_triangles(points(), &[[0, 1, 2]]);
+        let with_sliver = Mesh::from_triangles(points(), &[[0, 1, 2], [0, 1, 3]]);
+        assert_eq!(MeshAngles::of(&with_sliver).unwrap().spread_cos, 1.0);
+        let mut bow_tie = flat.clone();
+        // The areas of the two halves of its outline cancel out.
+        bow_tie.positions = vec![DVec3::ZERO, DVec3::new(1.0, 1.0, 0.0), DVec3::X, DVec3::Y];
+        bow_tie.corners = [0, 1, 2, 3].map(|i| Corner { position: i, ..flat.corners[0] }).to_vec();
+        bow_tie.polygons[0].corner_count = 4;
+        assert_eq!(MeshAngles::of(&bow_tie), None);
     }
 
     #[test]
@@ -338,11 +350,26 @@ mod tests {
         assert_eq!(shaded.of_light(&light), Some(object.material.kd.max_element()));
         let LightKind::Point { attenuation, radius, .. } = &mut light.kind else { unreachable!() };
         (*radius, attenuation.q) = (9.6, 1.0);
+        let attenuation = *attenuation;
         let faint = shaded.of_light(&light).unwrap();
         assert!(faint > 0.0 && faint < 0.01, "{faint}");
         let LightKind::Point { radius, .. } = &mut light.kind else { unreachable!() };
         *radius = 9.4;
         assert_eq!(shaded.of_light(&light), Some(0.0));
+        // A spotlight reaches any distance.
+        let spot = |position| Light {
+            kind: LightKind::Spot {
+                position,
+                direction: DVec3::NEG_X,
+                angle_rad: 0.5,
+                exponent: 1.0,
+                attenuation,
+            },
+            ..light
+        };
+        let near = shaded.of_light(&spot(DVec3::X * 2.0)).unwrap();
+        let far = shaded.of_light(&spot(DVec3::X * 1000.0)).unwrap();
+        assert!(near > 100.0 * far && far > 0.0, "{near} {far}");
     }
 
     #[test]

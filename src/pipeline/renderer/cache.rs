@@ -106,4 +106,21 @@ mod tests {
         }
         assert!(cache.entries.len() < 20, "{} of dropped geometries are left", cache.entries.len());
     }
+
+    #[test]
+    fn the_geometries_used_last_stay_when_there_are_too_many() {
+        let (mut cache, never) = (Cache::default(), &CancelToken::default());
+        let all: Vec<_> = (0..=MOST_ENTRIES).map(|_| Arc::new(Geometry::default())).collect();
+        for geometry in &all[..MOST_ENTRIES] {
+            cache.geometry_info(geometry, never);
+        }
+        assert_eq!(cache.entries.len(), MOST_ENTRIES);
+        // The oldest is used again, so the second oldest is the first to go.
+        cache.geometry_info(&all[0], never);
+        cache.geometry_info(&all[MOST_ENTRIES], never);
+        let is_cached = |i: usize| cache.get(&all[i]).is_some();
+        let middle = MOST_ENTRIES / 2;
+        assert!(is_cached(0) && !is_cached(1) && !is_cached(middle));
+        assert!(is_cached(middle + 2) && is_cached(MOST_ENTRIES - 1) && is_cached(MOST_ENTRIES));
+    }
 }

@@ -3,7 +3,10 @@
 
 use super::*;
 use crate::pipeline::{draw, draw_scene, golden};
-use crate::scene::{Background, Camera, Geometry, Light, LookAt, Mesh, Object, Projection, Viewport, shapes};
+use crate::scene::{
+    Background, Camera, Filter, Geometry, Light, LookAt, Mesh, Object, Projection, Sampling, Texture,
+};
+use crate::scene::{Viewport, shapes};
 use glam::dvec3;
 
 fn camera(eye: DVec3, projection: Projection) -> Camera {
@@ -308,5 +311,54 @@ fn corners_are_printed_in_clip_space_and_the_side_is_named() {
         for (printed, stored) in printed.iter().zip(stored) {
             assert!((printed - stored).abs() <= 1e-9 * stored.abs(), "{printed} {stored}");
         }
+    }
+}
+
+#[test]
+fn a_textured_pixel_names_its_texel_and_a_transparent_one_its_opacity() {
+    let mut mesh = Mesh::from_triangles(
+        vec![dvec3(-1.5, -1.0, 0.0), dvec3(1.5, -1.0, 0.0), dvec3(0.0, 1.5, 0.0)],
+        &[[0, 1, 2]],
+    );
+    mesh.texcoords = vec![DVec2::ZERO, DVec2::X, DVec2::Y];
+    mesh.corners.iter_mut().zip(0..).for_each(|(corner, i)| corner.texcoord = i);
+    let geometry = Geometry { mesh, ..Default::default() };
+    // Columns of red, green, blue and white.
+    let columns = [[200, 0, 0, 255], [0, 100, 0, 255], [0, 0, 50, 255], [255; 4]];
+    let texture = Texture::new(4, 4, columns.repeat(4).concat()).expect("a texture");
+    let material = Material { kd: DVec3::ONE, transparency: 0.25, ..Default::default() };
+    let lights = [Light::directional(DVec3::NEG_Z, DVec3::ONE)];
+    for (filter, at) in [Filter::Nearest, Filter::Bilinear, Filter::Trilinear]
+        .iter()
+        .flat_map(|filter| [[26, 26], [30, 28], [36, 26], [33, 20]].map(|at| (*filter, at)))
+    {
+        let call = DrawCall {
+            camera: camera(dvec3(0.0, 0.0, 5.0), perspective(1.0, 10.0)),
+            lights: &lights,
+            texture: Some(&texture),
+            sampling: Sampling { filter, ..Sampling::default() },
+            ..DrawCall::new(&geometry, &material, 64, 48)
+        };
+        let (mut memory, mut depth) = (VideoMemory::new(64, 48).expect("a frame"), None);
+        let depth_format = DepthFormat::F32;
+        let mut target = Target { memory: &mut memory, depth: &mut depth, depth_format, ids: None };
+        draw(&mut target, &call).expect("drawn");
+        let trace =
+            trace_draw(&call, [64, 48], depth_format, Probe::Pixel(at[0], at[1])).expect("it is seen");
+        let pixel = trace.pixel.as_ref().expect("it is seen");
+        assert_eq!(pixel.bytes, memory.get_pixel(at[0], at[1]).expect("on it"), "{filter:?} {at:?}\n{trace}");
+        let texel = pixel.texel.as_ref().expect("it has a texture");
+        let uv: DVec2 = (0..3).map(|i| trace.corners[i].texcoord.expect("given") * pixel.weights[i]).sum();
+        assert!((texel.uv - uv).length() < 1e-12 && texel.size == [4, 4], "{trace}");
+        if filter == Filter::Nearest {
+            let column = columns[(uv.x * 4.0) as usize].map(|byte| f64::from(byte) / 255.0);
+            assert_eq!(texel.color, column, "{trace}");
+        }
+        // A unit square of texture covers about 36 pixels a side: 4 texels are magnified.
+        assert!(texel.level < 0.0, "{trace}");
+        assert!((pixel.opacity - 0.75).abs() < 1e-12, "{trace}");
+        let text = trace.to_string();
+        assert!(text.contains("\n  texture     4x4 at ("), "{text}");
+        assert!(text.contains("\n  opacity     0.75: the bytes are over black\n"), "{text}");
     }
 }
