@@ -4,7 +4,8 @@
 use fbptr::executor::Executor;
 use fbptr::eye::shapes::{DemoScene, Shape, cell24, cross_polytope, cube, extrude};
 use fbptr::eye::{
-    EyeLightKind, EyePicture, EyeScene, Facet, Falloff, Fibre, Pose, SceneParts, render, render_with,
+    EyeLightKind, EyePicture, EyeScene, Facet, Falloff, Fibre, Pose, Rotation, SceneParts, render,
+    render_with,
 };
 use std::path::Path;
 
@@ -381,4 +382,32 @@ fn facets_that_see_nothing_of_each_other_add_nothing() {
         far([-90.0, 50.0, 0.0, 3.0]),
     ]);
     assert!(render(&EyeScene::new(parts).unwrap()).differences(&render(&scene), &[]).are_none());
+}
+
+#[test]
+fn an_eye_turned_about_the_middle_keeps_it_in_its_place_and_comes_back() {
+    for (name, scene) in all_scenes() {
+        let (dim, middle) = (scene.clone().into_parts().dim, scene.middle());
+        let in_eye = |scene: &EyeScene| -> Vec<f64> {
+            let pose = scene.clone().into_parts().pose;
+            let along = |axis: &Vec<f64>| (0..dim).map(|i| axis[i] * (middle[i] - pose.position[i])).sum();
+            pose.axes().iter().map(along).collect()
+        };
+        let turn = Rotation { a: 0, b: dim - 1, angle_deg: 40.0 };
+        // Planes that the scene has not are left out.
+        let none = [Rotation { b: dim, ..turn }, Rotation { a: 1, b: 1, ..turn }];
+        let turned = scene.clone().turned(&[none[0], turn, none[1]]).unwrap();
+        for (before, after) in in_eye(&scene).iter().zip(in_eye(&turned)) {
+            assert!((before - after).abs() < 1e-9, "{name}: {before} became {after}");
+        }
+        assert!(scene.clone().turned(&none).unwrap().into_parts().pose == scene.clone().into_parts().pose);
+        let before = scene.clone().into_parts().pose.axes();
+        let after = turned.clone().into_parts().pose.axes();
+        let cos: f64 = before[0].iter().zip(&after[0]).map(|(x, y)| x * y).sum();
+        assert!((cos - 40f64.to_radians().cos()).abs() < 1e-9, "{name}: the first axis turned by {cos}");
+        let back = turned.turned(&[Rotation { angle_deg: -40.0, ..turn }]).unwrap();
+        for (x, y) in scene.into_parts().pose.position.iter().zip(back.into_parts().pose.position) {
+            assert!((x - y).abs() < 1e-9, "{name}: {x} became {y}");
+        }
+    }
 }
