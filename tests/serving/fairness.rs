@@ -5,6 +5,7 @@ use crate::support::{Folder, Numbers, Serving, Wire};
 use fbptr::command::EndOfInput;
 use fbptr::server::{Engine, Finish, Limits, Notice, Player, Recorder, RenderThread};
 use std::io::{self, ErrorKind, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -219,4 +220,55 @@ fn a_client_that_goes_while_its_job_runs_leaves_nothing() {
         serving.say("LIGHT 0 DIR 0 0 -1 1 1 1\nMESH m KNOT 500 100\nDRAW m\nSYNC end\n"),
         "SYNC end\n"
     );
+}
+
+/// The server reads few large payloads at a time. Those of clients that stop in the middle, or send
+/// a little now and then, must not keep the others waiting for their end.
+#[test]
+fn payloads_that_do_not_arrive_hold_nobody_up() {
+    let serving = Serving::limited(1920, 1080, patient());
+    let frame = |grey: u8| {
+        let mut bytes = format!("BLIT 0 0 1920 1080 :{}\n", 1920 * 1080 * 4).into_bytes();
+        bytes.resize(bytes.len() + 1920 * 1080 * 4, grey);
+        bytes
+    };
+    let begun = |grey: u8| {
+        let mut wire = serving.connect();
+        let (bytes, sent) = (frame(grey), 2 << 20);
+        wire.send(&bytes[..sent]);
+        (wire, bytes, sent)
+    };
+    let mut stopped: Vec<_> = (1..9).map(begun).collect();
+    let mut slow: Vec<_> = (9..12).map(begun).collect();
+    let ended = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            // Bounded: it ends after a failure, too.
+            for _ in 0..30_000 {
+                if ended.load(Ordering::Relaxed) {
+                    break;
+                }
+                for (wire, bytes, sent) in &mut slow {
+                    let end = (*sent + 20_000).min(bytes.len() - 1);
+                    wire.send(&bytes[*sent..end]);
+                    *sent = end;
+                }
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        });
+        for grey in 100..104 {
+            let mut wire = serving.connect();
+            wire.send(&frame(grey));
+            let answer = wire.ask("SYNC drawn\n");
+            ended.store(grey == 103, Ordering::Relaxed);
+            assert_eq!(answer, "SYNC drawn\n");
+            assert_eq!(serving.memory().get_pixel(7, 7), Ok([grey; 4]));
+        }
+    });
+    // What was left off comes to its end, too.
+    for (wire, bytes, sent) in stopped.iter_mut().chain(&mut slow) {
+        wire.send(&bytes[*sent..]);
+        assert_eq!(wire.ask("SYNC drawn\n"), "SYNC drawn\n");
+        assert_eq!(serving.memory().get_pixel(7, 7), Ok([bytes[bytes.len() - 1]; 4]));
+    }
 }

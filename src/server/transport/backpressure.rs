@@ -10,6 +10,9 @@ const LARGE_BYTES: usize = 1 << 20;
 /// than pooled buffers, so that other connections get one, too.
 const MAX_IN_FLIGHT: usize = 3;
 const MAX_PAYLOAD_IN_FLIGHT: usize = 5;
+/// Most batches in flight of a connection that may begin a large payload while others are within
+/// theirs. One batch of a payload fits into a small buffer.
+const MAX_IN_FLIGHT_AT_START: usize = 1;
 
 /// State that decides whether a socket is read.
 #[derive(Default)]
@@ -18,6 +21,11 @@ pub(super) struct Backpressure {
     in_flight: VecDeque<usize>,
     /// Bytes of a large payload that have not been read, as far as the render thread has reported.
     payload_left: usize,
+    /// Set when the render thread has released a batch with no part of a large payload since the
+    /// connection or its last large payload began.
+    sends_small: bool,
+    /// Set from a large payload's beginning to its end, as far as the render thread has reported.
+    was_large: bool,
     /// Set while the socket may have bytes: the selector has reported it, and no read has found it
     /// empty since.
     pub is_ready: bool,
@@ -36,9 +44,13 @@ impl Backpressure {
     }
 
     /// Returns whether it may be read: fewer batches than the limit are in flight, or its bytes are
-    /// discarded.
-    pub fn may_read(&self) -> bool {
-        let most = if self.is_within_payload() { MAX_PAYLOAD_IN_FLIGHT } else { MAX_IN_FLIGHT };
+    /// discarded. `others_are_large` tells whether other connections are within large payloads.
+    pub fn may_read(&self, others_are_large: bool) -> bool {
+        let most = match () {
+            () if self.is_within_payload() => MAX_PAYLOAD_IN_FLIGHT,
+            () if others_are_large && !self.sends_small => MAX_IN_FLIGHT_AT_START,
+            () => MAX_IN_FLIGHT,
+        };
         self.in_flight() < most || self.is_over
     }
 
@@ -56,6 +68,8 @@ impl Backpressure {
         let is_large = payload_left >= LARGE_BYTES || self.payload_left > 0;
         let read: usize = self.in_flight.iter().sum();
         self.payload_left = if is_large { payload_left.saturating_sub(read) } else { 0 };
+        self.sends_small = !is_large && !self.was_large;
+        self.was_large = is_large || (self.was_large && payload_left > 0);
     }
 
     /// Returns whether the next bytes belong to a large payload that has begun.
@@ -100,7 +114,7 @@ mod tests {
     fn few_are_on_their_way_and_some_more_within_a_large_payload() {
         let mut backpressure = Backpressure::default();
         let fill = |backpressure: &mut Backpressure| {
-            while backpressure.may_read() {
+            while backpressure.may_read(false) {
                 backpressure.on_read(1000);
             }
             backpressure.in_flight()
@@ -110,16 +124,16 @@ mod tests {
         assert_eq!(fill(&mut backpressure), MAX_PAYLOAD_IN_FLIGHT);
         // The payload is fully read: reading waits until some batches are released.
         backpressure.on_read(8 * LARGE_BYTES);
-        assert!(!backpressure.is_within_payload() && !backpressure.may_read());
+        assert!(!backpressure.is_within_payload() && !backpressure.may_read(false));
         for in_flight in (MAX_IN_FLIGHT..=MAX_PAYLOAD_IN_FLIGHT).rev() {
             backpressure.on_release(1000);
-            assert!(backpressure.in_flight() == in_flight && !backpressure.may_read());
+            assert!(backpressure.in_flight() == in_flight && !backpressure.may_read(false));
         }
         backpressure.on_release(0);
-        assert!(backpressure.may_read());
+        assert!(backpressure.may_read(false));
         assert_eq!(fill(&mut backpressure), MAX_IN_FLIGHT);
         backpressure.is_over = true;
-        assert!(backpressure.may_read(), "what nobody wants is read and thrown away");
+        assert!(backpressure.may_read(false), "what nobody wants is read and thrown away");
     }
 
     #[test]

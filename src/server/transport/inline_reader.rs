@@ -9,6 +9,7 @@ use super::report::{Trouble, report};
 use crate::server::buffer_pool::PooledBuffer;
 use crate::server::message::{Batch, Message};
 use std::sync::Arc;
+use std::time::Duration;
 
 /// The render thread's reader of sockets in the ready queue: one at a time, without blocking.
 pub(crate) struct InlineReader(pub(super) Arc<Shared>);
@@ -37,7 +38,7 @@ impl InlineReader {
     }
 
     fn ask(&self) {
-        if let Err(e) = self.0.ask(false) {
+        if let Err(e) = self.0.ask(Some(Duration::ZERO)) {
             report(Trouble::Watching, format_args!("cannot ask for connections' bytes: {e}"));
         }
     }

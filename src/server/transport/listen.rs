@@ -226,7 +226,7 @@ impl Acceptor {
 
     /// Waits until a client connects, or the listener is to end.
     fn wait(&self) {
-        if let Err(e) = self.selector.wait(|_| ()) {
+        if let Err(e) = self.selector.wait(None, |_| ()) {
             self.pause(Trouble::Accept, "cannot wait for connections", &e);
         }
     }

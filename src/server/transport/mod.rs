@@ -10,6 +10,7 @@
 mod backpressure;
 mod descriptors;
 mod inline_reader;
+mod large_payloads;
 mod listen;
 mod pipe;
 mod poll;

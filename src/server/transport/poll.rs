@@ -38,7 +38,7 @@ use std::io::{self, ErrorKind};
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::Builder;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Longest read in bytes that is copied, so that the pooled buffer is used again.
 pub(super) const FEW_BYTES: usize = 8 << 10;
@@ -56,8 +56,6 @@ pub(super) struct Shared {
     /// Set while the thread sleeps, or is about to, because `ready` was empty. Set under the lock
     /// of `ready`.
     is_asleep: AtomicBool,
-    /// Number of the next large payload, from 1 on.
-    payloads: AtomicU64,
     pub(super) buffers: Arc<BufferPool>,
     is_ending: AtomicBool,
 }
@@ -95,7 +93,7 @@ impl Registered {
     /// Blocks until another batch may be read.
     pub(super) fn wait_for_room(&self) {
         let mut backpressure = lock(&self.backpressure);
-        while !backpressure.may_read() {
+        while !backpressure.may_read(false) {
             backpressure = self.may_read.wait(backpressure).unwrap_or_else(PoisonError::into_inner);
         }
     }
@@ -131,7 +129,6 @@ impl Poller {
             registered: Mutex::default(),
             ready: Mutex::new(ReadyQueue::new()),
             is_asleep: AtomicBool::new(false),
-            payloads: AtomicU64::new(1),
             buffers,
             is_ending: AtomicBool::new(false),
         });
@@ -232,6 +229,7 @@ impl Return {
     pub fn is_over(&self) {
         let mut backpressure = lock(&self.registered.backpressure);
         backpressure.is_over = true;
+        self.shared.note_payload(&self.registered, &backpressure);
         self.go_on(backpressure);
     }
 
@@ -260,13 +258,14 @@ impl Shared {
     /// Puts a socket into the ready queue, if it is readable, may be read, and no thread has it.
     /// Returns whether it was put there.
     fn offer(&self, registered: &Arc<Registered>, backpressure: &mut Backpressure) -> bool {
-        let is_offered = backpressure.is_ready
-            && !backpressure.is_taken
-            && !backpressure.is_at_end
-            && backpressure.may_read();
+        if !backpressure.is_ready || backpressure.is_taken || backpressure.is_at_end {
+            return false;
+        }
+        let mut ready = lock(&self.ready);
+        let is_offered = backpressure.may_read(!ready.large.is_empty());
         if is_offered {
             backpressure.is_taken = true;
-            lock(&self.ready).push(registered.clone());
+            ready.push(registered.clone());
         }
         is_offered
     }
@@ -281,10 +280,21 @@ impl Shared {
 
     /// Numbers the large payload that a connection has begun, or clears the number at its end.
     fn note_payload(&self, registered: &Registered, backpressure: &Backpressure) {
+        let is_ended = backpressure.is_over || backpressure.is_at_end;
+        let is_within = backpressure.is_within_payload() && !is_ended;
         let since = registered.payload_since.load(Ordering::Relaxed);
-        if backpressure.is_within_payload() != (since > 0) {
-            let number = if since > 0 { 0 } else { self.payloads.fetch_add(1, Ordering::Relaxed) };
-            registered.payload_since.store(number, Ordering::Relaxed);
+        if is_within == (since > 0) {
+            return;
+        }
+        let mut ready = lock(&self.ready);
+        let number = if is_within { ready.large.begin() } else { 0 };
+        registered.payload_since.store(number, Ordering::Relaxed);
+        if !is_within {
+            ready.large.end(since);
+            // Others that waited for this one may be read.
+            if !ready.is_empty() {
+                self.wake();
+            }
         }
     }
 
@@ -305,6 +315,7 @@ impl Shared {
     pub(super) fn at_end(&self, registered: &Registered) -> Option<Message> {
         let mut backpressure = lock(&registered.backpressure);
         let is_expected = !std::mem::replace(&mut backpressure.is_at_end, true) && !backpressure.is_over;
+        self.note_payload(registered, &backpressure);
         drop(backpressure);
         // The connection's `Life` is dropped after the lock is released.
         let ended = lock(&self.registered).remove(&registered.id);
@@ -316,8 +327,9 @@ impl Shared {
         is_expected.then_some(Message::End(registered.id, registered.end))
     }
 
-    /// Polls the selector for readable sockets; blocks until there is one if `waits` is set.
-    pub(super) fn ask(&self, waits: bool) -> io::Result<()> {
+    /// Polls the selector for readable sockets; blocks until there is one, for `timeout` at most if
+    /// there is one.
+    pub(super) fn ask(&self, timeout: Option<Duration>) -> io::Result<()> {
         // Not locked while the selector blocks.
         let mut locked = None;
         let notify = |id| {
@@ -325,28 +337,33 @@ impl Shared {
                 self.note_change(registered);
             }
         };
-        match waits {
-            true => self.selector.wait(notify),
-            false => self.selector.look(notify),
+        match timeout {
+            Some(Duration::ZERO) => self.selector.look(notify),
+            timeout => self.selector.wait(timeout, notify),
         }
     }
 
     /// Waits for the next readable socket. Returns `None` when the thread is to end.
     fn wait_next(&self) -> io::Result<Option<Arc<Registered>>> {
         if !lock(&self.ready).is_empty() {
-            self.ask(false)?;
+            self.ask(Some(Duration::ZERO))?;
         }
         loop {
-            {
+            let patience = {
                 let mut ready = lock(&self.ready);
                 self.buffers.set_ready(ready.len());
                 if let Some(next) = ready.next() {
                     return Ok(Some(next));
                 }
                 self.is_asleep.store(true, Ordering::Relaxed);
-            }
-            let asked = self.ask(true);
+                (!ready.is_empty()).then(|| ready.large.patience())
+            };
+            let begun = Instant::now();
+            let asked = self.ask(patience);
             self.is_asleep.store(false, Ordering::Relaxed);
+            if patience.is_some() {
+                lock(&self.ready).note_idle(begun.elapsed());
+            }
             asked?;
             if self.is_ending.load(Ordering::Acquire) && lock(&self.registered).is_empty() {
                 return Ok(None);

@@ -4,10 +4,13 @@
 //! A payload is held in memory until it is complete. If many connections send large ones and each
 //! is read in rotation, all of them are held at the same time, in more memory than any cache has.
 //! So connections within a large payload give their places in the rotation to the one of them whose
-//! payload began first. Other connections keep their places. A connection whose payload is complete
-//! waits until the payloads that began before its next one are complete, too.
+//! payload began first, and only a few payloads are read at a time (`large_payloads.rs`). Other
+//! connections keep their places. A connection whose payload is complete waits until the payloads
+//! that began before its next one are complete, too.
 
+use super::large_payloads::LargePayloads;
 use std::collections::VecDeque;
+use std::time::Duration;
 
 /// A socket in the queue.
 pub(super) trait Member: Clone {
@@ -22,11 +25,16 @@ pub(super) trait Member: Clone {
 pub(super) struct ReadyQueue<T> {
     interactive: VecDeque<T>,
     throughput: VecDeque<T>,
+    pub large: LargePayloads,
 }
 
 impl<T: Member> ReadyQueue<T> {
     pub fn new() -> Self {
-        ReadyQueue { interactive: VecDeque::new(), throughput: VecDeque::new() }
+        ReadyQueue {
+            interactive: VecDeque::new(),
+            throughput: VecDeque::new(),
+            large: LargePayloads::default(),
+        }
     }
 
     /// Adds a readable socket.
@@ -55,12 +63,14 @@ impl<T: Member> ReadyQueue<T> {
         self.interactive.pop_front()
     }
 
-    /// Takes the next socket.
+    /// Takes the next socket. Returns `None` if there is none, or if all wait for payloads of others.
     pub fn next(&mut self) -> Option<T> {
         if let Some(interactive) = self.next_interactive() {
             return Some(interactive);
         }
-        let first = self.throughput.pop_front()?;
+        let may_read = |member: &T| self.large.may_read(member.payload_since());
+        let first = self.throughput.iter().position(may_read)?;
+        let first = self.throughput.remove(first)?;
         let since = first.payload_since();
         if since == 0 {
             return Some(first);
@@ -74,6 +84,12 @@ impl<T: Member> ReadyQueue<T> {
             }
             None => Some(first),
         }
+    }
+
+    /// Notes that sockets have waited for payloads of others for this time, with nothing to read.
+    pub fn note_idle(&mut self, time: Duration) {
+        let waiting = |number| self.throughput.iter().any(|member| member.payload_since() == number);
+        self.large.note_idle(time, waiting);
     }
 }
 
@@ -133,5 +149,23 @@ mod tests {
         let mut turn = || ready.next().unwrap().0;
         assert_eq!([turn(), turn(), turn()], ['t', 'a', 'x']);
         assert!(ready.is_empty());
+    }
+
+    #[test]
+    fn payloads_beyond_the_first_two_wait_until_these_end_or_do_not_arrive() {
+        let mut ready = ReadyQueue::new();
+        let numbers = [0; 4].map(|_| ready.large.begin());
+        let all: Vec<Named> = "abcd".chars().zip(numbers).map(|(c, n)| named(c, n)).collect();
+        // The first two have no bytes now; the others have.
+        ready.push(all[3].clone());
+        ready.push(all[2].clone());
+        assert!(ready.next().is_none() && ready.len() == 2);
+        ready.push(named('x', 0));
+        assert_eq!(ready.next().unwrap().0, 'x');
+        ready.large.end(1);
+        assert_eq!(ready.next().unwrap().0, 'c');
+        assert!(ready.next().is_none());
+        ready.note_idle(ready.large.patience());
+        assert_eq!(ready.next().unwrap().0, 'd');
     }
 }

@@ -109,13 +109,13 @@ impl Selector {
         let _ = self.waker.wake();
     }
 
-    /// Blocks until a socket is readable or [`Self::wake`] is called, and calls `notify` with the
-    /// number of each readable socket.
+    /// Blocks until a socket is readable or [`Self::wake`] is called, for `timeout` at most if there
+    /// is one, and calls `notify` with the number of each readable socket.
     ///
     /// # Errors
     /// If polling fails.
-    pub fn wait(&self, notify: impl FnMut(u64)) -> io::Result<()> {
-        self.ask(&mut lock(&self.system), None, notify)
+    pub fn wait(&self, timeout: Option<Duration>, notify: impl FnMut(u64)) -> io::Result<()> {
+        self.ask(&mut lock(&self.system), timeout, notify)
     }
 
     /// Calls `notify` with the number of each readable socket, without blocking. Does nothing while
