@@ -1,8 +1,8 @@
 //! Decompression of gzip files (RFC 1952).
 //!
 //! In: the bytes of a file and the memory limits. Out: the inflated bytes of all members with their
-//! reservation, or an error. Zero bytes after the last member are padding, as gzip 1.12 has it; any
-//! other bytes there are an error. Output can be a thousand times as long as the input, so it grows in
+//! reservation, or an error. Zero bytes after a member are padding; other bytes there must be a
+//! further member. Output can be a thousand times as long as the input, so it grows in
 //! steps, each reserved before it is allocated, and never beyond the limit. A missing reservation
 //! is found by tests/allocations/decoder_memory.rs.
 
@@ -43,7 +43,9 @@ pub(crate) fn inflate(
         let mut member = GzDecoder::new(rest);
         append(&mut member, &mut out, limit, memory, &mut held)?;
         rest = member.into_inner();
-        if is_padding(&mut rest).map_err(|e| undecodable(&e))? {
+        let is_end = is_padding(&mut rest);
+        memory.check_cancelled()?;
+        if is_end.map_err(|e| undecodable(&e))? {
             return Ok((out, held));
         }
     }
@@ -139,6 +141,8 @@ mod tests {
             let padded = [packed(&text), vec![0; zeros]].concat();
             assert_eq!(inflated(&padded).unwrap().0, text, "{zeros} zeros");
             assert!(inflated(&[&padded[..], b"x"].concat()).is_err(), "a byte after {zeros} zeros");
+            let both = [&padded[..], &packed(b"more")].concat();
+            assert_eq!(inflated(&both).unwrap().0, [&text[..], b"more"].concat(), "{zeros} zeros between");
         }
         assert!(inflated(&[packed(&text), b"x".to_vec()].concat()).is_err(), "a byte after the member");
     }

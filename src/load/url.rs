@@ -31,14 +31,27 @@ pub(crate) fn is_outside(folder: &str, url: &str) -> bool {
     names_file && path_inside(folder, bare).is_none()
 }
 
-/// Returns `url`, written in a file of the folder `from`, as a file of the folder `to` would write
-/// it. URLs with a scheme and absolute paths stay as they are.
-pub(crate) fn rebased(url: &str, from: &str, to: &str) -> String {
+/// Returns whether a URL is relative to the folder of the file that contains it.
+pub(crate) fn is_relative(url: &str) -> bool {
     let name = url.trim();
-    match name.is_empty() || from == to || has_scheme(name) || name.starts_with(['/', '\\']) {
-        true => url.to_string(),
-        false => format!("{}{from}{name}", "../".repeat(to.matches('/').count())),
+    !name.is_empty() && !has_scheme(name) && !name.starts_with(['/', '\\'])
+}
+
+/// Returns `url`, written in a file of the folder `from`, as a file of the folder `to` would write
+/// it. URLs that are not relative stay as they are.
+pub(crate) fn rebased(url: &str, from: &str, to: &str) -> String {
+    if from == to || !is_relative(url) {
+        return url.to_string();
     }
+    // A folder is a path: in a URL these characters have meanings.
+    let mut folder = String::with_capacity(from.len());
+    for c in from.chars() {
+        match c {
+            '%' | '#' | '?' | ':' => folder.push_str(&format!("%{:02X}", c as u32)),
+            c => folder.push(c),
+        }
+    }
+    format!("{}{folder}{}", "../".repeat(to.matches('/').count()), url.trim())
 }
 
 /// Returns whether a URL begins with a scheme, such as `http:`.
@@ -181,5 +194,26 @@ mod tests {
         }
         assert_eq!(data("picture.png"), None);
         assert_eq!(data("dätä:,"), None);
+    }
+
+    #[test]
+    fn a_relative_url_is_found_from_another_folder_too() {
+        for (url, from, to, expected) in [
+            ("a.png", "", "lib/", "a.png"),
+            (" a.png ", "my/", "lib/deep/", "my/a.png"),
+            ("../a.png", "my/own/", "", "my/a.png"),
+            ("a%20b.png#x", "my/", "lib/", "my/a b.png"),
+            ("a.png", "100%#1?/", "lib/", "100%#1?/a.png"),
+            ("a.png", "c:d/", "", "c:d/a.png"),
+            ("x.x3d#View", "a#b/", "", "a#b/x.x3d"),
+        ] {
+            let rebased = rebased(url, from, to);
+            assert!(local_paths(to, &rebased).iter().any(|path| path == expected), "{url} {from} {rebased}");
+        }
+        for url in ["", "http://x/a.png", "data:,a", "/a.png", "\\a.png"] {
+            assert_eq!(rebased(url, "my/", "lib/"), url);
+        }
+        assert_eq!(rebased(" a.png", "my/", "my/"), " a.png");
+        assert!(is_outside("lib/", &rebased("../../a.png", "my/", "lib/")));
     }
 }

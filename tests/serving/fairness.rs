@@ -223,9 +223,10 @@ fn a_client_that_goes_while_its_job_runs_leaves_nothing() {
 }
 
 /// The server reads few large payloads at a time. Those of clients that stop in the middle, or send
-/// a little now and then, must not keep the others waiting for their end.
+/// a little now and then, must not keep the others waiting for their end, also where other clients
+/// send small commands at full speed.
 #[test]
-fn payloads_that_do_not_arrive_hold_nobody_up() {
+fn payloads_that_do_not_arrive_delay_nobody_for_long() {
     let serving = Serving::limited(1920, 1080, patient());
     let frame = |grey: u8| {
         let mut bytes = format!("BLIT 0 0 1920 1080 :{}\n", 1920 * 1080 * 4).into_bytes();
@@ -242,8 +243,20 @@ fn payloads_that_do_not_arrive_hold_nobody_up() {
     let mut slow: Vec<_> = (9..12).map(begun).collect();
     let ended = AtomicBool::new(false);
     std::thread::scope(|scope| {
+        for _ in 0..3 {
+            let (mut wire, ended) = (serving.connect(), &ended);
+            scope.spawn(move || {
+                let pixels = "PX 1 1 ff0000\n".repeat(20_000);
+                // Bounded: it ends after a failure, too.
+                for _ in 0..30_000 {
+                    if ended.load(Ordering::Relaxed) {
+                        break;
+                    }
+                    wire.send(pixels.as_bytes());
+                }
+            });
+        }
         scope.spawn(|| {
-            // Bounded: it ends after a failure, too.
             for _ in 0..30_000 {
                 if ended.load(Ordering::Relaxed) {
                     break;

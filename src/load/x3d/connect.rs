@@ -156,7 +156,11 @@ impl<'d> Builder<'d, '_> {
         match ty.field(field) {
             Some(i) if ty.fields[i].kind == given.kind => {
                 open.values[i] = match given.value {
-                    Value::Texts(urls) if is_url(field) && given.folder != file.folder => {
+                    Value::Texts(urls)
+                        if is_url(field)
+                            && given.folder != file.folder
+                            && urls.iter().any(|name| url::is_relative(name)) =>
+                    {
                         self.rebased(file, connect, &urls, &given.folder)?
                     }
                     value => in_radians(value, ty.name, field, given.angle),
@@ -184,7 +188,8 @@ impl<'d> Builder<'d, '_> {
         urls: &[String],
         from: &str,
     ) -> Result<Value, LoadError> {
-        let added = from.len() + "../".len() * file.folder.matches('/').count();
+        // Some characters of the folder take three.
+        let added = 3 * from.len() + "../".len() * file.folder.matches('/').count();
         let bytes = urls.iter().map(|url| url.len() + added + size_of::<String>()).sum();
         self.hold(file, connect, bytes)?;
         let rebased = |name: &String| url::rebased(name, from, &file.folder);

@@ -64,7 +64,9 @@ pub(super) struct GivenValue {
     pub(super) kind: Kind,
     /// The file's unit of angle in radians.
     pub(super) angle: f64,
-    /// The file's folder, to which relative URLs refer (ISO/IEC 19775-1 clause 4.4.4.4).
+    /// The file's folder, to which the value's relative URLs refer (ISO/IEC 14772-1 clause 4.5.3).
+    /// URLs that a body itself contains refer to the prototype's folder, in which its author tried
+    /// them, though that clause has them refer to the instance's, too.
     pub(super) folder: Rc<str>,
 }
 

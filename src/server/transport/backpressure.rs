@@ -11,7 +11,8 @@ const LARGE_BYTES: usize = 1 << 20;
 const MAX_IN_FLIGHT: usize = 3;
 const MAX_PAYLOAD_IN_FLIGHT: usize = 5;
 /// Most batches in flight of a connection that may begin a large payload while others are within
-/// theirs. One batch of a payload fits into a small buffer.
+/// theirs. A payload of which one batch has arrived is still collected in a small buffer
+/// (`KEPT_BYTES` in `command/decoder/payload.rs`).
 const MAX_IN_FLIGHT_AT_START: usize = 1;
 
 /// State that decides whether a socket is read.
@@ -24,8 +25,8 @@ pub(super) struct Backpressure {
     /// Set when the render thread has released a batch with no part of a large payload since the
     /// connection or its last large payload began.
     sends_small: bool,
-    /// Set from a large payload's beginning to its end, as far as the render thread has reported.
-    was_large: bool,
+    /// Bytes of a large payload that the render thread has not released yet.
+    large_left: usize,
     /// Set while the socket may have bytes: the selector has reported it, and no read has found it
     /// empty since.
     pub is_ready: bool,
@@ -63,13 +64,13 @@ impl Backpressure {
     /// Notes that the render thread has released the oldest batch, after which its current payload
     /// lacks `payload_left` bytes.
     pub fn on_release(&mut self, payload_left: usize) {
-        self.in_flight.pop_front();
+        let released = self.in_flight.pop_front().unwrap_or(0);
         // The last part of a large payload counts, too, though less than `LARGE_BYTES` are missing.
         let is_large = payload_left >= LARGE_BYTES || self.payload_left > 0;
         let read: usize = self.in_flight.iter().sum();
         self.payload_left = if is_large { payload_left.saturating_sub(read) } else { 0 };
-        self.sends_small = !is_large && !self.was_large;
-        self.was_large = is_large || (self.was_large && payload_left > 0);
+        self.sends_small = !is_large && self.large_left == 0;
+        self.large_left = if is_large { payload_left } else { self.large_left.saturating_sub(released) };
     }
 
     /// Returns whether the next bytes belong to a large payload that has begun.
@@ -144,5 +145,30 @@ mod tests {
             backpressure.on_release(payload_left);
             assert!(!backpressure.is_within_payload());
         }
+    }
+
+    #[test]
+    fn a_connection_that_may_begin_a_large_payload_has_one_batch_in_flight_beside_others() {
+        const PIECE: usize = LARGE_BYTES / 4;
+        let mut backpressure = Backpressure::default();
+        let may_read = |b: &Backpressure| [b.may_read(false), b.may_read(true)];
+        backpressure.on_read(PIECE);
+        assert_eq!(may_read(&backpressure), [true, false], "it is new");
+        // A large payload: it is read as far as for one.
+        backpressure.on_release(5 * PIECE);
+        (0..4).for_each(|_| backpressure.on_read(PIECE));
+        assert_eq!(may_read(&backpressure), [true, true]);
+        backpressure.on_read(PIECE);
+        (0..5).rev().for_each(|missing| backpressure.on_release(missing * PIECE));
+        // It has ended, and another may begin.
+        backpressure.on_read(PIECE);
+        assert_eq!(may_read(&backpressure), [true, false]);
+        // None did, though the batch ends within a small one.
+        backpressure.on_release(PIECE / 3);
+        backpressure.on_read(PIECE);
+        assert_eq!(may_read(&backpressure), [true, true]);
+        backpressure.on_release(PIECE / 3);
+        (0..2).for_each(|_| backpressure.on_read(PIECE));
+        assert_eq!(may_read(&backpressure), [true, true]);
     }
 }

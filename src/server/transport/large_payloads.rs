@@ -1,53 +1,69 @@
 //! The large payloads that are being received, and which of them are read.
 //!
-//! In: where payloads begin and end, and for how long nothing could be read. Out: whether a
-//! connection within a payload may be read. The two payloads that began first are read; the others
-//! wait, though their sockets have bytes. Each payload is collected in a buffer of its own length
-//! and leaves it to the next one: with few of them at a time these buffers are few, and stay in the
-//! processor's caches. With all of 64 at once, each needs new pages, which the system clears first,
-//! and the processor time doubles.
+//! In: where payloads begin and end, and the time. Out: whether a connection within a payload may
+//! be read. The two payloads that began first are read; the others wait, though their sockets have
+//! bytes. Each payload is collected in a buffer of its own length, which is reused for a later one:
+//! with few payloads at a time these buffers are few, and stay in the processor's caches. With 64
+//! at a time, each needs new pages, which the system clears first, and the processor time doubles.
 //!
-//! A payload that does not arrive holds the others up for [`PATIENCE`] at most, all such payloads
-//! together: then all that have no bytes are called slow, which are read whenever they have some,
-//! and no longer count as one of the two.
+//! No payload waits for long, whatever the senders of the others do: where neither of the two has
+//! ended for [`PATIENCE`], they are slow from then on. Slow payloads are read whenever they have
+//! bytes, and are not counted among the two. Each time this happens again before one has ended,
+//! twice as many payloads become slow.
 
 use std::collections::BTreeSet;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Number of payloads that are read at the same time: while the batches of one are being run, bytes
 /// of the other are read.
 const AT_ONCE: usize = 2;
 
-/// Longest time without anything to read, in total since a payload ended, for which the others wait.
-const PATIENCE: Duration = Duration::from_millis(10);
+/// Longest time for which the others wait for one of the two to end.
+const PATIENCE: Duration = Duration::from_millis(20);
 
 /// Payloads by their numbers, in order of beginning from 1 on.
-#[derive(Default)]
 pub(super) struct LargePayloads {
     begun: u64,
     counted: BTreeSet<u64>,
     slow: BTreeSet<u64>,
-    idle: Duration,
+    /// Time from which [`PATIENCE`] is counted.
+    since: Instant,
+    /// Number of payloads that become slow at the end of [`PATIENCE`].
+    slow_next: usize,
 }
 
 impl LargePayloads {
+    pub fn new(now: Instant) -> Self {
+        let (counted, slow) = (BTreeSet::new(), BTreeSet::new());
+        LargePayloads { begun: 0, counted, slow, since: now, slow_next: AT_ONCE }
+    }
+
     /// Adds a payload. Returns its number.
-    pub fn begin(&mut self) -> u64 {
+    pub fn begin(&mut self, now: Instant) -> u64 {
         self.begun += 1;
         self.counted.insert(self.begun);
+        if self.counted.len() == 1 {
+            self.restart(now);
+        }
         self.begun
     }
 
     /// Removes a payload.
-    pub fn end(&mut self, number: u64) {
+    pub fn end(&mut self, number: u64, now: Instant) {
+        if self.counted.contains(&number) && self.may_read(number) {
+            self.restart(now);
+        }
         self.counted.remove(&number);
         self.slow.remove(&number);
-        self.idle = Duration::ZERO;
     }
 
-    /// Returns whether there are no payloads.
-    pub fn is_empty(&self) -> bool {
-        self.counted.is_empty() && self.slow.is_empty()
+    fn restart(&mut self, now: Instant) {
+        (self.since, self.slow_next) = (now, AT_ONCE);
+    }
+
+    /// Returns whether there are payloads that are not slow.
+    pub fn are_counted(&self) -> bool {
+        !self.counted.is_empty()
     }
 
     /// Returns whether a connection may be read whose payload has this number; 0 stands for none.
@@ -56,20 +72,19 @@ impl LargePayloads {
         last.is_none_or(|last| number <= *last) || self.slow.contains(&number)
     }
 
-    /// Returns for how long nothing may be read before [`Self::note_idle`] lets others be read.
-    pub fn patience(&self) -> Duration {
-        PATIENCE - self.idle
+    /// Returns the time until payloads that wait may be read, if some do.
+    pub fn patience(&self, now: Instant) -> Option<Duration> {
+        let waited = now.saturating_duration_since(self.since);
+        (self.counted.len() > AT_ONCE).then(|| PATIENCE.saturating_sub(waited))
     }
 
-    /// Notes that nothing was read for this time, though some of the payloads that wait had bytes:
-    /// those of which `has_bytes` is true.
-    pub fn note_idle(&mut self, time: Duration, has_bytes: impl Fn(u64) -> bool) {
-        self.idle += time;
-        if self.idle >= PATIENCE {
-            let (left, slow) = self.counted.iter().partition(|number| has_bytes(**number));
-            self.counted = left;
-            self.slow.extend::<BTreeSet<u64>>(slow);
-            self.idle = Duration::ZERO;
+    /// Makes the oldest payloads slow if the others have waited for [`PATIENCE`].
+    pub fn expire(&mut self, now: Instant) {
+        if self.patience(now) == Some(Duration::ZERO) {
+            for _ in 0..self.slow_next {
+                self.slow.extend(self.counted.pop_first());
+            }
+            (self.since, self.slow_next) = (now, 2 * self.slow_next);
         }
     }
 }
@@ -84,38 +99,48 @@ mod tests {
 
     #[test]
     fn two_are_read_at_a_time_in_order_of_beginning() {
-        let mut payloads = LargePayloads::default();
-        assert!(payloads.is_empty() && payloads.may_read(0));
-        assert_eq!([1, 2, 3, 4, 5].map(|_| payloads.begin()), [1, 2, 3, 4, 5]);
+        let now = Instant::now();
+        let mut payloads = LargePayloads::new(now);
+        assert!(!payloads.are_counted() && payloads.may_read(0));
+        assert_eq!([1, 2, 3, 4, 5].map(|_| payloads.begin(now)), [1, 2, 3, 4, 5]);
         assert_eq!(read(&payloads, 0..=5), [0, 1, 2]);
-        payloads.end(2);
+        payloads.end(2, now);
         assert_eq!(read(&payloads, 0..=5), [0, 1, 2, 3], "2 has ended");
-        payloads.end(1);
-        payloads.end(3);
-        assert_eq!(payloads.begin(), 6);
+        payloads.end(1, now);
+        payloads.end(3, now);
+        assert_eq!(payloads.begin(now), 6);
         assert_eq!(read(&payloads, 4..=6), [4, 5]);
-        [4, 5, 6].map(|number| payloads.end(number));
-        assert!(payloads.is_empty() && payloads.may_read(7));
+        [4, 5, 6].map(|number| payloads.end(number, now));
+        assert!(!payloads.are_counted() && payloads.may_read(7));
     }
 
     #[test]
-    fn those_that_do_not_arrive_hold_the_others_up_once() {
-        let mut payloads = LargePayloads::default();
-        (0..40).for_each(|_| drop(payloads.begin()));
-        // Only 38 and 40 have bytes, and wait for 1 and 2.
-        let has_bytes = |number| number == 38 || number == 40;
-        payloads.note_idle(PATIENCE / 2, has_bytes);
-        assert_eq!((read(&payloads, 38..=40), payloads.patience()), (vec![], PATIENCE / 2));
-        payloads.note_idle(payloads.patience(), has_bytes);
-        // All others are slow: read when they have bytes, and no longer in the way.
-        assert_eq!((read(&payloads, 1..=40).len(), payloads.patience()), (40, PATIENCE));
-        let [a, b] = [payloads.begin(), payloads.begin()];
-        assert!(read(&payloads, a..=b).is_empty());
-        payloads.end(38);
-        assert_eq!(read(&payloads, a..=b), [a]);
-        // Idle times between ends of payloads do not add up.
-        payloads.note_idle(PATIENCE / 2, has_bytes);
-        payloads.end(1);
-        assert_eq!(payloads.patience(), PATIENCE);
+    fn payloads_that_do_not_end_delay_the_others_by_less_and_less() {
+        let start = Instant::now();
+        let at = |times: f64| start + PATIENCE.mul_f64(times);
+        let mut payloads = LargePayloads::new(start);
+        assert_eq!([1, 2].map(|_| payloads.begin(start)), [1, 2]);
+        assert_eq!(payloads.patience(at(9.0)), None, "none waits");
+        (3..=40).for_each(|number| assert_eq!(payloads.begin(start), number));
+        payloads.expire(at(0.5));
+        assert_eq!((payloads.patience(at(0.5)), read(&payloads, 1..=40).len()), (Some(PATIENCE / 2), 2));
+        // Two, four and eight of them become slow; two more are read each time.
+        for (time, count) in [(1.0, 4), (2.0, 8), (3.0, 16)] {
+            payloads.expire(at(time));
+            payloads.expire(at(time));
+            assert_eq!(read(&payloads, 1..=40), (1..=count).collect::<Vec<_>>(), "{time}");
+        }
+        // The end of a slow one, or of one that waits, changes nothing for the others; that of one
+        // of the two does.
+        payloads.end(1, at(3.5));
+        payloads.end(40, at(3.5));
+        assert_eq!(payloads.patience(at(3.5)), Some(PATIENCE / 2));
+        payloads.end(15, at(3.5));
+        assert_eq!(payloads.patience(at(3.5)), Some(PATIENCE));
+        payloads.expire(at(4.5));
+        assert_eq!(read(&payloads, 16..=40), [16, 17, 18, 19]);
+        // Slow ones do not count.
+        (16..=39).for_each(|number| payloads.end(number, at(5.0)));
+        assert!(!payloads.are_counted() && payloads.slow.len() == 13);
     }
 }

@@ -53,8 +53,8 @@ pub(super) struct Shared {
     registered: Mutex<HashMap<u64, (Arc<Registered>, Life)>>,
     /// Readable sockets that no thread is reading.
     pub(super) ready: Mutex<ReadyQueue<Arc<Registered>>>,
-    /// Set while the thread sleeps, or is about to, because `ready` was empty. Set under the lock
-    /// of `ready`.
+    /// Set while the thread sleeps, or is about to, because no socket in `ready` may be read. Set
+    /// under the lock of `ready`.
     is_asleep: AtomicBool,
     pub(super) buffers: Arc<BufferPool>,
     is_ending: AtomicBool,
@@ -262,7 +262,7 @@ impl Shared {
             return false;
         }
         let mut ready = lock(&self.ready);
-        let is_offered = backpressure.may_read(!ready.large.is_empty());
+        let is_offered = backpressure.may_read(ready.large.are_counted());
         if is_offered {
             backpressure.is_taken = true;
             ready.push(registered.clone());
@@ -287,10 +287,10 @@ impl Shared {
             return;
         }
         let mut ready = lock(&self.ready);
-        let number = if is_within { ready.large.begin() } else { 0 };
+        let number = if is_within { ready.large.begin(Instant::now()) } else { 0 };
         registered.payload_since.store(number, Ordering::Relaxed);
         if !is_within {
-            ready.large.end(since);
+            ready.large.end(since, Instant::now());
             // Others that waited for this one may be read.
             if !ready.is_empty() {
                 self.wake();
@@ -351,19 +351,17 @@ impl Shared {
         loop {
             let patience = {
                 let mut ready = lock(&self.ready);
-                self.buffers.set_ready(ready.len());
+                self.buffers.set_ready(ready.readable());
                 if let Some(next) = ready.next() {
                     return Ok(Some(next));
                 }
                 self.is_asleep.store(true, Ordering::Relaxed);
-                (!ready.is_empty()).then(|| ready.large.patience())
+                let waiting = !ready.is_empty();
+                ready.large.patience(Instant::now()).filter(|_| waiting)
             };
-            let begun = Instant::now();
-            let asked = self.ask(patience);
+            // A wait of no time would not be one.
+            let asked = self.ask(patience.map(|time| time.max(Duration::from_millis(1))));
             self.is_asleep.store(false, Ordering::Relaxed);
-            if patience.is_some() {
-                lock(&self.ready).note_idle(begun.elapsed());
-            }
             asked?;
             if self.is_ending.load(Ordering::Acquire) && lock(&self.registered).is_empty() {
                 return Ok(None);

@@ -10,7 +10,7 @@
 
 use super::large_payloads::LargePayloads;
 use std::collections::VecDeque;
-use std::time::Duration;
+use std::time::Instant;
 
 /// A socket in the queue.
 pub(super) trait Member: Clone {
@@ -33,7 +33,7 @@ impl<T: Member> ReadyQueue<T> {
         ReadyQueue {
             interactive: VecDeque::new(),
             throughput: VecDeque::new(),
-            large: LargePayloads::default(),
+            large: LargePayloads::new(Instant::now()),
         }
     }
 
@@ -63,10 +63,20 @@ impl<T: Member> ReadyQueue<T> {
         self.interactive.pop_front()
     }
 
-    /// Takes the next socket. Returns `None` if there is none, or if all wait for payloads of others.
+    /// Returns the number of sockets that may be read.
+    pub fn readable(&self) -> usize {
+        let may_read = |member: &&T| self.large.may_read(member.payload_since());
+        self.interactive.len() + self.throughput.iter().filter(may_read).count()
+    }
+
+    /// Takes the next socket. Returns `None` if there is none, or if all wait for payloads of
+    /// others.
     pub fn next(&mut self) -> Option<T> {
         if let Some(interactive) = self.next_interactive() {
             return Some(interactive);
+        }
+        if self.large.patience(Instant::now()).is_some() {
+            self.large.expire(Instant::now());
         }
         let may_read = |member: &T| self.large.may_read(member.payload_since());
         let first = self.throughput.iter().position(may_read)?;
@@ -75,7 +85,10 @@ impl<T: Member> ReadyQueue<T> {
         if since == 0 {
             return Some(first);
         }
-        let began = |member: &T| Some(member.payload_since()).filter(|&n| n > 0 && n < since);
+        let began = |member: &T| {
+            let number = Some(member.payload_since()).filter(|&n| n > 0 && n < since)?;
+            self.large.may_read(number).then_some(number)
+        };
         let oldest = (0..self.throughput.len()).filter_map(|i| Some((began(&self.throughput[i])?, i))).min();
         match oldest.and_then(|(_, i)| self.throughput.remove(i)) {
             Some(oldest) => {
@@ -84,12 +97,6 @@ impl<T: Member> ReadyQueue<T> {
             }
             None => Some(first),
         }
-    }
-
-    /// Notes that sockets have waited for payloads of others for this time, with nothing to read.
-    pub fn note_idle(&mut self, time: Duration) {
-        let waiting = |number| self.throughput.iter().any(|member| member.payload_since() == number);
-        self.large.note_idle(time, waiting);
     }
 }
 
@@ -152,20 +159,43 @@ mod tests {
     }
 
     #[test]
-    fn payloads_beyond_the_first_two_wait_until_these_end_or_do_not_arrive() {
+    fn payloads_beyond_the_first_two_wait_until_one_ends() {
         let mut ready = ReadyQueue::new();
-        let numbers = [0; 4].map(|_| ready.large.begin());
+        let now = Instant::now();
+        let numbers = [0; 4].map(|_| ready.large.begin(now));
         let all: Vec<Named> = "abcd".chars().zip(numbers).map(|(c, n)| named(c, n)).collect();
         // The first two have no bytes now; the others have.
         ready.push(all[3].clone());
         ready.push(all[2].clone());
-        assert!(ready.next().is_none() && ready.len() == 2);
+        assert_eq!((ready.len(), ready.readable()), (2, 0));
         ready.push(named('x', 0));
-        assert_eq!(ready.next().unwrap().0, 'x');
-        ready.large.end(1);
-        assert_eq!(ready.next().unwrap().0, 'c');
-        assert!(ready.next().is_none());
-        ready.note_idle(ready.large.patience());
-        assert_eq!(ready.next().unwrap().0, 'd');
+        assert_eq!((ready.readable(), ready.next().unwrap().0), (1, 'x'));
+        ready.large.end(1, now);
+        assert_eq!((ready.readable(), ready.next().unwrap().0), (1, 'c'));
+        // From a time that has passed on, the first ones are slow.
+        ready.push(all[2].clone());
+        ready.large = LargePayloads::new(now);
+        let long_ago = now.checked_sub(std::time::Duration::from_secs(60)).unwrap_or(now);
+        numbers.map(|_| ready.large.begin(long_ago));
+        assert_eq!([ready.next().unwrap().0, ready.next().unwrap().0], ['c', 'd']);
+    }
+
+    #[test]
+    fn a_payload_that_waits_is_not_read_before_a_slow_one() {
+        let mut ready = ReadyQueue::new();
+        let now = Instant::now();
+        (0..4).for_each(|_| drop(ready.large.begin(now)));
+        // 1 and 2 are slow; 3 and 4 are read; 5 and 6 wait.
+        ready.large.expire(now + std::time::Duration::from_secs(60));
+        let later = now + std::time::Duration::from_secs(60);
+        (0..2).for_each(|_| drop(ready.large.begin(later)));
+        ready.push(named('e', 5));
+        ready.push(named('b', 2));
+        ready.push(named('a', 1));
+        let mut names = Vec::new();
+        while let Some(member) = ready.next() {
+            names.push(member.0);
+        }
+        assert_eq!((names, ready.len()), (vec!['a', 'b'], 1));
     }
 }

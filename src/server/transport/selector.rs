@@ -109,8 +109,8 @@ impl Selector {
         let _ = self.waker.wake();
     }
 
-    /// Blocks until a socket is readable or [`Self::wake`] is called, for `timeout` at most if there
-    /// is one, and calls `notify` with the number of each readable socket.
+    /// Blocks until a socket is readable or [`Self::wake`] is called, for `timeout` at most if
+    /// there is one, and calls `notify` with the number of each readable socket.
     ///
     /// # Errors
     /// If polling fails.
