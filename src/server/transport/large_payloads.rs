@@ -110,7 +110,7 @@ mod tests {
         payloads.end(3, now);
         assert_eq!(payloads.begin(now), 6);
         assert_eq!(read(&payloads, 4..=6), [4, 5]);
-        [4, 5, 6].map(|number| payloads.end(number, now));
+        (4..=6).for_each(|number| payloads.end(number, now));
         assert!(!payloads.are_counted() && payloads.may_read(7));
     }
 

@@ -176,7 +176,7 @@ mod tests {
         ready.push(all[2].clone());
         ready.large = LargePayloads::new(now);
         let long_ago = now.checked_sub(std::time::Duration::from_secs(60)).unwrap_or(now);
-        numbers.map(|_| ready.large.begin(long_ago));
+        assert_eq!([0; 4].map(|_| ready.large.begin(long_ago)), numbers);
         assert_eq!([ready.next().unwrap().0, ready.next().unwrap().0], ['c', 'd']);
     }
 
@@ -184,11 +184,11 @@ mod tests {
     fn a_payload_that_waits_is_not_read_before_a_slow_one() {
         let mut ready = ReadyQueue::new();
         let now = Instant::now();
-        (0..4).for_each(|_| drop(ready.large.begin(now)));
+        assert_eq!([0; 4].map(|_| ready.large.begin(now)), [1, 2, 3, 4]);
         // 1 and 2 are slow; 3 and 4 are read; 5 and 6 wait.
         ready.large.expire(now + std::time::Duration::from_secs(60));
         let later = now + std::time::Duration::from_secs(60);
-        (0..2).for_each(|_| drop(ready.large.begin(later)));
+        assert_eq!([0; 2].map(|_| ready.large.begin(later)), [5, 6]);
         ready.push(named('e', 5));
         ready.push(named('b', 2));
         ready.push(named('a', 1));
