@@ -15,7 +15,7 @@ use super::{ROUND_TIME, SLICE_BYTES, SLICE_TIME};
 use crate::cancel::CancelToken;
 use crate::server::buffer_pool::BufferPool;
 use crate::server::jobs::JobPool;
-use crate::server::message::{Finish, Id, Message};
+use crate::server::message::{Batch, Finish, Id, Message};
 use crate::server::transport::InlineReader;
 use crate::server::{Budget, Display, DisplayObserver, Engine, Input, Output, Pace, StreamState};
 use crossbeam_channel::{Receiver, Sender, never};
@@ -27,6 +27,11 @@ use std::time::{Duration, Instant};
 
 /// Capacity of the reply buffer that is kept after a connection has ended.
 const KEPT_REPLY_BYTES: usize = 64 << 10;
+
+/// Most bytes that are accepted from a connection with nothing queued, however little memory is
+/// left: a new client is answered while others hold all of it. They are a small part of the 64 KiB
+/// that each connection takes beside the budget.
+const SHORT_REQUEST_BYTES: u64 = 4 << 10;
 
 /// Slice time after which interactive sockets are polled again, and how many are read at once.
 const INTERACTIVE_EVERY: Duration = Duration::from_micros(50);
@@ -172,25 +177,7 @@ impl Scheduler {
                 }
                 self.connections.insert(id, connection);
             }
-            Message::Bytes(id, mut batch) if self.connections.contains_key(&id) => {
-                self.queued_bytes += batch.filled as u64;
-                // The connection's slice may be long in coming: others could use the buffer
-                // meanwhile.
-                if self.slow > 0 {
-                    if self.engine.memory_budget().available() < batch.filled as u64 {
-                        self.queued_bytes -= batch.filled as u64;
-                        return self.give_up(id);
-                    }
-                    batch.unpool_from(0);
-                    self.engine.quotas.count_queue(self.queued_bytes);
-                }
-                self.with(id, |c| {
-                    c.add_bytes(batch);
-                    c.release_buffers();
-                });
-            }
-            // The connection has ended.
-            Message::Bytes(..) => {}
+            Message::Bytes(id, batch) => self.receive_bytes(id, batch),
             Message::End(id, end) => self.with(id, |c| c.add_end(end)),
             Message::Mail(id) => self.with(id, Connection::add_mail),
             Message::Room(id) => self.with(id, Connection::note_room),
@@ -209,6 +196,25 @@ impl Scheduler {
                 }
             }
         }
+    }
+
+    /// Queues bytes of a connection. Does nothing if it has ended.
+    fn receive_bytes(&mut self, id: Id, mut batch: Batch) {
+        let Some(connection) = self.connections.get(&id) else { return };
+        let available = self.engine.memory_budget().available();
+        if self.slow > 0 && !has_room(available, batch.filled as u64, connection.queued_bytes) {
+            return self.give_up(id);
+        }
+        self.queued_bytes += batch.filled as u64;
+        // The connection's slice may be long in coming: others could use the buffer meanwhile.
+        if self.slow > 0 {
+            batch.unpool_from(0);
+            self.engine.quotas.count_queue(self.queued_bytes);
+        }
+        self.with(id, |c| {
+            c.add_bytes(batch);
+            c.release_buffers();
+        });
     }
 
     /// Ends a connection for whose bytes no memory is left, with an error line.
@@ -375,5 +381,22 @@ impl Scheduler {
         self.engine.set_cancel(CancelToken::default());
         self.engine.end();
         self.engine
+    }
+}
+
+/// Returns whether there is memory for a batch of a connection with `queued` bytes of earlier ones.
+fn has_room(available: u64, batch: u64, queued: u64) -> bool {
+    batch <= available || queued + batch <= SHORT_REQUEST_BYTES
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_requests_have_room_though_no_memory_is_left() {
+        assert!(has_room(1 << 20, 1 << 20, 1 << 30) && !has_room((1 << 20) - 1, 1 << 20, 0));
+        assert!(has_room(0, 6, 0) && has_room(0, 6, SHORT_REQUEST_BYTES - 6));
+        assert!(!has_room(0, SHORT_REQUEST_BYTES + 1, 0) && !has_room(0, 6, SHORT_REQUEST_BYTES - 5));
     }
 }

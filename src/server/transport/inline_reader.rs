@@ -9,7 +9,6 @@ use super::report::{Trouble, report};
 use crate::server::buffer_pool::PooledBuffer;
 use crate::server::message::{Batch, Message};
 use std::sync::Arc;
-use std::time::Duration;
 
 /// The render thread's reader of sockets in the ready queue: one at a time, without blocking.
 pub(crate) struct InlineReader(pub(super) Arc<Shared>);
@@ -38,8 +37,11 @@ impl InlineReader {
     }
 
     fn ask(&self) {
-        if let Err(e) = self.0.ask(Some(Duration::ZERO)) {
-            report(Trouble::Watching, format_args!("cannot ask for connections' bytes: {e}"));
+        match self.0.ask(None) {
+            Ok(false) => {}
+            // It was meant for the poller's thread, which is about to sleep.
+            Ok(true) => self.0.selector.wake(),
+            Err(e) => report(Trouble::Watching, format_args!("cannot ask for connections' bytes: {e}")),
         }
     }
 
@@ -47,7 +49,7 @@ impl InlineReader {
     /// read for a while. Does nothing if only the connection `but_for`, which runs next, is queued.
     pub fn pass_on(&self, but_for: Option<u64>) {
         let ready = lock(&self.0.ready);
-        if ready.holds(|registered| Some(registered.id) != but_for) {
+        if ready.holds(|registered| Some(registered.id) != but_for && ready.may_read(registered)) {
             self.0.wake();
         }
     }

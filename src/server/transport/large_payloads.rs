@@ -6,10 +6,12 @@
 //! with few payloads at a time these buffers are few, and stay in the processor's caches. With 64
 //! at a time, each needs new pages, which the system clears first, and the processor time doubles.
 //!
-//! No payload waits for long, whatever the senders of the others do: where neither of the two has
-//! ended for [`PATIENCE`], they are slow from then on. Slow payloads are read whenever they have
-//! bytes, and are not counted among the two. Each time this happens again before one has ended,
-//! twice as many payloads become slow.
+//! A payload whose sender stops must not hold up the others. One that has not ended within
+//! [`PATIENCE`], while others waited, is slow from then on: it is read whenever it has bytes, and
+//! makes room for the next. Each that becomes slow also adds one to the number of payloads that are
+//! read at a time, and each that ends in time takes one away again. So `n` payloads whose senders
+//! stop are all slow after about `log2(n)` times [`PATIENCE`], and whatever the senders do, every
+//! payload that is being read when another begins to wait has ended or is slow after [`PATIENCE`].
 
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
@@ -18,74 +20,95 @@ use std::time::{Duration, Instant};
 /// of the other are read.
 const AT_ONCE: usize = 2;
 
-/// Longest time for which the others wait for one of the two to end.
+/// Time within which a payload must end while others wait.
 const PATIENCE: Duration = Duration::from_millis(20);
 
-/// Payloads by their numbers, in order of beginning from 1 on.
+/// Payloads by their numbers, in order of beginning from 1 on. A payload that is neither active nor
+/// queued is slow.
 pub(super) struct LargePayloads {
     begun: u64,
-    counted: BTreeSet<u64>,
-    slow: BTreeSet<u64>,
-    /// Time from which [`PATIENCE`] is counted.
-    since: Instant,
-    /// Number of payloads that become slow at the end of [`PATIENCE`].
-    slow_next: usize,
+    /// The payloads that are read, and the time at which each was admitted.
+    active: Vec<(u64, Instant)>,
+    /// The payloads that wait for an active one to end.
+    queued: BTreeSet<u64>,
+    /// Time at which the oldest of those that are queued without a break began to wait.
+    queued_since: Instant,
+    /// Number of payloads that are active at the same time, [`AT_ONCE`] or more.
+    most_active: usize,
 }
 
 impl LargePayloads {
     pub fn new(now: Instant) -> Self {
-        let (counted, slow) = (BTreeSet::new(), BTreeSet::new());
-        LargePayloads { begun: 0, counted, slow, since: now, slow_next: AT_ONCE }
+        let (active, queued) = (Vec::new(), BTreeSet::new());
+        LargePayloads { begun: 0, active, queued, queued_since: now, most_active: AT_ONCE }
     }
 
     /// Adds a payload. Returns its number.
     pub fn begin(&mut self, now: Instant) -> u64 {
         self.begun += 1;
-        self.counted.insert(self.begun);
-        if self.counted.len() == 1 {
-            self.restart(now);
+        if self.queued.is_empty() {
+            self.queued_since = now;
         }
+        self.queued.insert(self.begun);
+        self.admit(now);
         self.begun
     }
 
     /// Removes a payload.
     pub fn end(&mut self, number: u64, now: Instant) {
-        if self.counted.contains(&number) && self.may_read(number) {
-            self.restart(now);
+        let before = self.active.len();
+        self.active.retain(|(active, _)| *active != number);
+        if self.active.len() < before {
+            self.most_active = (self.most_active - 1).max(AT_ONCE);
         }
-        self.counted.remove(&number);
-        self.slow.remove(&number);
+        self.queued.remove(&number);
+        self.admit(now);
     }
 
-    fn restart(&mut self, now: Instant) {
-        (self.since, self.slow_next) = (now, AT_ONCE);
+    fn admit(&mut self, now: Instant) {
+        while self.active.len() < self.most_active
+            && let Some(oldest) = self.queued.pop_first()
+        {
+            self.active.push((oldest, now));
+        }
     }
 
     /// Returns whether there are payloads that are not slow.
-    pub fn are_counted(&self) -> bool {
-        !self.counted.is_empty()
+    pub fn is_any_active(&self) -> bool {
+        !self.active.is_empty()
+    }
+
+    /// Returns whether this payload is active.
+    pub fn is_active(&self, number: u64) -> bool {
+        self.active.iter().any(|(active, _)| *active == number)
+    }
+
+    /// Returns whether any payload waits.
+    pub fn is_any_queued(&self) -> bool {
+        !self.queued.is_empty()
     }
 
     /// Returns whether a connection may be read whose payload has this number; 0 stands for none.
     pub fn may_read(&self, number: u64) -> bool {
-        let last = self.counted.iter().nth(AT_ONCE - 1);
-        last.is_none_or(|last| number <= *last) || self.slow.contains(&number)
+        !self.queued.contains(&number)
     }
 
-    /// Returns the time until payloads that wait may be read, if some do.
-    pub fn patience(&self, now: Instant) -> Option<Duration> {
-        let waited = now.saturating_duration_since(self.since);
-        (self.counted.len() > AT_ONCE).then(|| PATIENCE.saturating_sub(waited))
+    /// Returns the time at which the next payload becomes slow, if others wait.
+    pub fn deadline(&self) -> Option<Instant> {
+        let admitted = self.active.iter().map(|(_, admitted)| *admitted).min()?;
+        self.is_any_queued().then(|| admitted.max(self.queued_since) + PATIENCE)
     }
 
-    /// Makes the oldest payloads slow if the others have waited for [`PATIENCE`].
+    /// Makes payloads slow that have not ended in time.
     pub fn expire(&mut self, now: Instant) {
-        if self.patience(now) == Some(Duration::ZERO) {
-            for _ in 0..self.slow_next {
-                self.slow.extend(self.counted.pop_first());
-            }
-            (self.since, self.slow_next) = (now, 2 * self.slow_next);
+        if self.deadline().is_none_or(|deadline| now < deadline) {
+            return;
         }
+        let before = self.active.len();
+        let since = self.queued_since;
+        self.active.retain(|(_, admitted)| now < (*admitted).max(since) + PATIENCE);
+        self.most_active += before - self.active.len();
+        self.admit(now);
     }
 }
 
@@ -97,12 +120,17 @@ mod tests {
         all.filter(|number| payloads.may_read(*number)).collect()
     }
 
+    /// Returns payloads of which `count` have begun at `now`.
+    fn begun(count: u64, now: Instant) -> LargePayloads {
+        let mut payloads = LargePayloads::new(now);
+        (1..=count).for_each(|number| assert_eq!(payloads.begin(now), number));
+        payloads
+    }
+
     #[test]
     fn two_are_read_at_a_time_in_order_of_beginning() {
         let now = Instant::now();
-        let mut payloads = LargePayloads::new(now);
-        assert!(!payloads.are_counted() && payloads.may_read(0));
-        assert_eq!([1, 2, 3, 4, 5].map(|_| payloads.begin(now)), [1, 2, 3, 4, 5]);
+        let mut payloads = begun(5, now);
         assert_eq!(read(&payloads, 0..=5), [0, 1, 2]);
         payloads.end(2, now);
         assert_eq!(read(&payloads, 0..=5), [0, 1, 2, 3], "2 has ended");
@@ -110,37 +138,72 @@ mod tests {
         payloads.end(3, now);
         assert_eq!(payloads.begin(now), 6);
         assert_eq!(read(&payloads, 4..=6), [4, 5]);
-        (4..=6).for_each(|number| payloads.end(number, now));
-        assert!(!payloads.are_counted() && payloads.may_read(7));
+        // One that waits may end, too: its connection has ended.
+        payloads.end(6, now);
+        assert!(!payloads.is_any_queued() && payloads.is_any_active());
+        (4..=5).for_each(|number| payloads.end(number, now));
+        assert!(!payloads.is_any_active() && payloads.may_read(7));
     }
 
     #[test]
-    fn payloads_that_do_not_end_delay_the_others_by_less_and_less() {
+    fn payloads_whose_senders_stop_are_passed_by_twice_as_many_at_a_time() {
         let start = Instant::now();
         let at = |times: f64| start + PATIENCE.mul_f64(times);
-        let mut payloads = LargePayloads::new(start);
-        assert_eq!([1, 2].map(|_| payloads.begin(start)), [1, 2]);
-        assert_eq!(payloads.patience(at(9.0)), None, "none waits");
-        (3..=40).for_each(|number| assert_eq!(payloads.begin(start), number));
-        payloads.expire(at(0.5));
-        assert_eq!((payloads.patience(at(0.5)), read(&payloads, 1..=40).len()), (Some(PATIENCE / 2), 2));
-        // Two, four and eight of them become slow; two more are read each time.
-        for (time, count) in [(1.0, 4), (2.0, 8), (3.0, 16)] {
+        let mut payloads = begun(40, start);
+        assert_eq!(payloads.deadline(), Some(at(1.0)));
+        payloads.expire(at(0.99));
+        assert_eq!(read(&payloads, 1..=40).len(), 2);
+        for (time, count) in [(1.0, 2 + 4), (2.0, 6 + 8), (3.0, 14 + 16)] {
             payloads.expire(at(time));
             payloads.expire(at(time));
             assert_eq!(read(&payloads, 1..=40), (1..=count).collect::<Vec<_>>(), "{time}");
+            assert_eq!(payloads.deadline(), Some(at(time + 1.0)));
+            assert!(!payloads.is_active(count / 3) && payloads.is_active(count));
         }
-        // The end of a slow one, or of one that waits, changes nothing for the others; that of one
-        // of the two does.
-        payloads.end(1, at(3.5));
-        payloads.end(40, at(3.5));
-        assert_eq!(payloads.patience(at(3.5)), Some(PATIENCE / 2));
-        payloads.end(15, at(3.5));
-        assert_eq!(payloads.patience(at(3.5)), Some(PATIENCE));
-        payloads.expire(at(4.5));
-        assert_eq!(read(&payloads, 16..=40), [16, 17, 18, 19]);
-        // Slow ones do not count.
-        (16..=39).for_each(|number| payloads.end(number, at(5.0)));
-        assert!(!payloads.are_counted() && payloads.slow.len() == 13);
+        // Ends of slow and queued ones admit none, nor do those beyond the number of active ones
+        // that fell by one with each.
+        payloads.end(1, at(3.1));
+        payloads.end(40, at(3.1));
+        (15..=28).for_each(|number| payloads.end(number, at(3.2)));
+        assert_eq!(read(&payloads, 29..=40), [29, 30, 40], "2 of 2 are active");
+        payloads.end(29, at(3.5));
+        assert_eq!(read(&payloads, 30..=39), [30, 31]);
+    }
+
+    #[test]
+    fn payloads_that_stop_do_not_prolong_the_wait_behind_those_that_end() {
+        let start = Instant::now();
+        // Halves of PATIENCE until the last of 200 is read, if every `nth` one ends after one half
+        // and the others stop.
+        let halves = |nth: usize| {
+            let mut payloads = begun(200, start);
+            (1_u32..).find(|half| {
+                let now = start + PATIENCE / 2 * *half;
+                let ended: Vec<u64> = (1..=200).step_by(nth).filter(|n| payloads.is_active(*n)).collect();
+                ended.iter().for_each(|number| payloads.end(*number, now));
+                payloads.expire(now);
+                payloads.may_read(200)
+            })
+        };
+        assert_eq!(halves(1), Some(99));
+        assert!(halves(2) <= Some(100) && halves(4) <= Some(20) && halves(200) <= Some(14));
+    }
+
+    #[test]
+    fn time_counts_from_when_a_payload_is_read_and_another_waits() {
+        let start = Instant::now();
+        let at = |times: f64| start + PATIENCE.mul_f64(times);
+        let mut payloads = begun(2, start);
+        payloads.expire(at(9.0));
+        assert_eq!((payloads.deadline(), payloads.is_active(1)), (None, true), "none waits");
+        (3..=5).for_each(|number| assert_eq!(payloads.begin(at(9.0)), number));
+        assert_eq!(payloads.deadline(), Some(at(10.0)));
+        payloads.end(2, at(9.5));
+        payloads.expire(at(10.0));
+        // 1 is slow; 3 was admitted later, and has its own time.
+        assert!(!payloads.is_active(1) && payloads.is_active(3));
+        assert_eq!((read(&payloads, 1..=5), payloads.deadline()), (vec![1, 2, 3, 4, 5], None));
+        assert_eq!(payloads.begin(at(10.2)), 6);
+        assert_eq!(payloads.deadline(), Some(at(11.2)), "6 waits from then on");
     }
 }

@@ -49,7 +49,7 @@ const PAUSE: Duration = Duration::from_millis(20);
 
 /// State that the poller's thread and the render thread share.
 pub(super) struct Shared {
-    selector: Arc<Selector>,
+    pub(super) selector: Arc<Selector>,
     registered: Mutex<HashMap<u64, (Arc<Registered>, Life)>>,
     /// Readable sockets that no thread is reading.
     pub(super) ready: Mutex<ReadyQueue<Arc<Registered>>>,
@@ -58,6 +58,11 @@ pub(super) struct Shared {
     is_asleep: AtomicBool,
     pub(super) buffers: Arc<BufferPool>,
     is_ending: AtomicBool,
+}
+
+/// A sleep of the thread until a socket is readable, and until the given time at most.
+pub(super) struct Sleep {
+    until: Option<Instant>,
 }
 
 /// A connection that is read.
@@ -238,10 +243,10 @@ impl Return {
             self.registered.may_read.notify_one();
             return;
         }
-        let is_offered = self.shared.offer(&self.registered, &mut backpressure);
+        let may_be_read = self.shared.offer(&self.registered, &mut backpressure);
         // Released first: the thread that wakes up takes this lock.
         drop(backpressure);
-        if is_offered {
+        if may_be_read {
             self.shared.wake();
         }
     }
@@ -256,18 +261,18 @@ impl Shared {
     }
 
     /// Puts a socket into the ready queue, if it is readable, may be read, and no thread has it.
-    /// Returns whether it was put there.
+    /// Returns whether it was put there and does not wait for the payloads of others.
     fn offer(&self, registered: &Arc<Registered>, backpressure: &mut Backpressure) -> bool {
         if !backpressure.is_ready || backpressure.is_taken || backpressure.is_at_end {
             return false;
         }
         let mut ready = lock(&self.ready);
-        let is_offered = backpressure.may_read(ready.large.are_counted());
-        if is_offered {
-            backpressure.is_taken = true;
-            ready.push(registered.clone());
+        if !backpressure.may_read(ready.large.is_any_active()) {
+            return false;
         }
-        is_offered
+        backpressure.is_taken = true;
+        ready.push(registered.clone());
+        ready.may_read(registered)
     }
 
     /// Notes that the selector has reported a socket: it is readable, or may be.
@@ -287,14 +292,21 @@ impl Shared {
             return;
         }
         let mut ready = lock(&self.ready);
-        let number = if is_within { ready.large.begin(Instant::now()) } else { 0 };
+        let now = Instant::now();
+        let had_queued = ready.large.is_any_queued();
+        let number = if is_within { ready.large.begin(now) } else { 0 };
         registered.payload_since.store(number, Ordering::Relaxed);
         if !is_within {
-            ready.large.end(since, Instant::now());
+            ready.large.end(since, now);
+        }
+        let is_due = match is_within {
+            // The thread may sleep without the timeout that it needs from now on.
+            true => !had_queued && ready.large.is_any_queued(),
             // Others that waited for this one may be read.
-            if !ready.is_empty() {
-                self.wake();
-            }
+            false => had_queued,
+        };
+        if is_due {
+            self.wake();
         }
     }
 
@@ -304,9 +316,9 @@ impl Shared {
         let mut backpressure = lock(&registered.backpressure);
         backpressure.is_taken = false;
         let goes_on = bytes >= MUCH_BYTES && registered.payload_since() > 0;
-        let is_offered = self.offer(registered, &mut backpressure);
+        let may_be_read = self.offer(registered, &mut backpressure);
         drop(backpressure);
-        if is_offered && !goes_on {
+        if may_be_read && !goes_on {
             self.wake();
         }
     }
@@ -327,9 +339,9 @@ impl Shared {
         is_expected.then_some(Message::End(registered.id, registered.end))
     }
 
-    /// Polls the selector for readable sockets; blocks until there is one, for `timeout` at most if
-    /// there is one.
-    pub(super) fn ask(&self, timeout: Option<Duration>) -> io::Result<()> {
+    /// Polls the selector for readable sockets, without blocking if `sleep` is `None`. Returns
+    /// whether the thread was to be woken up.
+    pub(super) fn ask(&self, sleep: Option<Sleep>) -> io::Result<bool> {
         // Not locked while the selector blocks.
         let mut locked = None;
         let notify = |id| {
@@ -337,30 +349,31 @@ impl Shared {
                 self.note_change(registered);
             }
         };
-        match timeout {
-            Some(Duration::ZERO) => self.selector.look(notify),
-            timeout => self.selector.wait(timeout, notify),
+        match sleep {
+            None => self.selector.look(notify),
+            Some(Sleep { until }) => {
+                let timeout = until.map(|until| until.saturating_duration_since(Instant::now()));
+                self.selector.wait(timeout, notify)
+            }
         }
     }
 
     /// Waits for the next readable socket. Returns `None` when the thread is to end.
     fn wait_next(&self) -> io::Result<Option<Arc<Registered>>> {
         if !lock(&self.ready).is_empty() {
-            self.ask(Some(Duration::ZERO))?;
+            self.ask(None)?;
         }
         loop {
-            let patience = {
+            let sleep = {
                 let mut ready = lock(&self.ready);
                 self.buffers.set_ready(ready.readable());
                 if let Some(next) = ready.next() {
                     return Ok(Some(next));
                 }
                 self.is_asleep.store(true, Ordering::Relaxed);
-                let waiting = !ready.is_empty();
-                ready.large.patience(Instant::now()).filter(|_| waiting)
+                Sleep { until: ready.large.deadline() }
             };
-            // A wait of no time would not be one.
-            let asked = self.ask(patience.map(|time| time.max(Duration::from_millis(1))));
+            let asked = self.ask(Some(sleep));
             self.is_asleep.store(false, Ordering::Relaxed);
             asked?;
             if self.is_ending.load(Ordering::Acquire) && lock(&self.registered).is_empty() {

@@ -3,10 +3,10 @@
 //!
 //! A payload is held in memory until it is complete. If many connections send large ones and each
 //! is read in rotation, all of them are held at the same time, in more memory than any cache has.
-//! So connections within a large payload give their places in the rotation to the one of them whose
-//! payload began first, and only a few payloads are read at a time (`large_payloads.rs`). Other
-//! connections keep their places. A connection whose payload is complete waits until the payloads
-//! that began before its next one are complete, too.
+//! So only a few payloads are read at a time (`large_payloads.rs`), and their connections give their
+//! places in the rotation to the one of them whose payload began first. Other connections keep
+//! their places, also those whose payloads are slow. A connection whose payload is complete waits
+//! until the payloads that began before its next one are complete, too.
 
 use super::large_payloads::LargePayloads;
 use std::collections::VecDeque;
@@ -65,8 +65,15 @@ impl<T: Member> ReadyQueue<T> {
 
     /// Returns the number of sockets that may be read.
     pub fn readable(&self) -> usize {
-        let may_read = |member: &&T| self.large.may_read(member.payload_since());
-        self.interactive.len() + self.throughput.iter().filter(may_read).count()
+        match self.large.is_any_queued() {
+            true => self.len() - self.throughput.iter().filter(|member| !self.may_read(member)).count(),
+            false => self.len(),
+        }
+    }
+
+    /// Returns whether a socket may be read; otherwise it waits for payloads of others.
+    pub fn may_read(&self, member: &T) -> bool {
+        self.large.may_read(member.payload_since())
     }
 
     /// Takes the next socket. Returns `None` if there is none, or if all wait for payloads of
@@ -75,22 +82,19 @@ impl<T: Member> ReadyQueue<T> {
         if let Some(interactive) = self.next_interactive() {
             return Some(interactive);
         }
-        if self.large.patience(Instant::now()).is_some() {
+        if self.large.is_any_queued() {
             self.large.expire(Instant::now());
         }
-        let may_read = |member: &T| self.large.may_read(member.payload_since());
-        let first = self.throughput.iter().position(may_read)?;
+        let first = self.throughput.iter().position(|member| self.may_read(member))?;
         let first = self.throughput.remove(first)?;
         let since = first.payload_since();
-        if since == 0 {
+        if !self.large.is_active(since) {
             return Some(first);
         }
-        let began = |member: &T| {
-            let number = Some(member.payload_since()).filter(|&n| n > 0 && n < since)?;
-            self.large.may_read(number).then_some(number)
-        };
-        let oldest = (0..self.throughput.len()).filter_map(|i| Some((began(&self.throughput[i])?, i))).min();
-        match oldest.and_then(|(_, i)| self.throughput.remove(i)) {
+        let number = |i: usize| self.throughput[i].payload_since();
+        let is_older = |i: &usize| number(*i) < since && self.large.is_active(number(*i));
+        let oldest = (0..self.throughput.len()).filter(is_older).min_by_key(|i| number(*i));
+        match oldest.and_then(|i| self.throughput.remove(i)) {
             Some(oldest) => {
                 self.throughput.push_back(first);
                 Some(oldest)
@@ -105,6 +109,7 @@ mod tests {
     use super::*;
     use std::cell::Cell;
     use std::rc::Rc;
+    use std::time::Duration;
 
     /// A socket's name, the number of its payload, and its flag for a short last read.
     #[derive(Clone)]
@@ -124,23 +129,35 @@ mod tests {
         Named(name, Rc::new(Cell::new(since)), false)
     }
 
+    /// Returns the names in the order in which they are read, each queued again after its turn.
+    fn turns(ready: &mut ReadyQueue<Named>, count: usize) -> String {
+        let mut turn = || {
+            let member = ready.next().unwrap();
+            ready.push(member.clone());
+            member.0
+        };
+        (0..count).map(|_| turn()).collect()
+    }
+
+    /// Returns a queue for which `count` payloads have begun at a time of which no test sees the
+    /// end, and that time.
+    fn with_payloads(count: u64) -> (ReadyQueue<Named>, Instant) {
+        let (mut ready, later) = (ReadyQueue::new(), Instant::now() + Duration::from_secs(60));
+        ready.large = LargePayloads::new(later);
+        (1..=count).for_each(|number| assert_eq!(ready.large.begin(later), number));
+        (ready, later)
+    }
+
     #[test]
     fn those_within_payloads_give_their_turns_to_the_oldest_and_others_keep_theirs() {
-        let mut ready = ReadyQueue::new();
-        let all = [named('a', 7), named('b', 5), named('x', 0), named('c', 6), named('y', 0)];
+        let (mut ready, later) = with_payloads(2);
+        let all = [named('a', 2), named('b', 1), named('x', 0), named('y', 0)];
         all.iter().for_each(|member| ready.push(member.clone()));
-        let mut turns = |count: usize| {
-            let mut turn = || {
-                let member = ready.next().unwrap();
-                ready.push(member.clone());
-                member.0
-            };
-            (0..count).map(|_| turn()).collect::<String>()
-        };
-        assert_eq!(turns(8), "bxbybxby");
-        // Its payload is complete and the next has begun: it goes behind those that wait.
-        all[1].1.set(8);
-        assert_eq!(turns(8).replace(['x', 'y'], ""), "cccc");
+        assert_eq!(turns(&mut ready, 8), "bxybxybx");
+        // Its payload is complete and the next has begun.
+        ready.large.end(1, later);
+        all[1].1.set(ready.large.begin(later));
+        assert_eq!(turns(&mut ready, 8).replace(['x', 'y'], ""), "aaa");
     }
 
     #[test]
@@ -160,42 +177,31 @@ mod tests {
 
     #[test]
     fn payloads_beyond_the_first_two_wait_until_one_ends() {
-        let mut ready = ReadyQueue::new();
-        let now = Instant::now();
-        let numbers = [0; 4].map(|_| ready.large.begin(now));
-        let all: Vec<Named> = "abcd".chars().zip(numbers).map(|(c, n)| named(c, n)).collect();
+        let (mut ready, later) = with_payloads(4);
         // The first two have no bytes now; the others have.
-        ready.push(all[3].clone());
-        ready.push(all[2].clone());
+        let all = [named('c', 3), named('d', 4)];
+        ready.push(all[1].clone());
+        ready.push(all[0].clone());
         assert_eq!((ready.len(), ready.readable()), (2, 0));
+        assert!(ready.next().is_none());
         ready.push(named('x', 0));
         assert_eq!((ready.readable(), ready.next().unwrap().0), (1, 'x'));
-        ready.large.end(1, now);
+        ready.large.end(1, later);
         assert_eq!((ready.readable(), ready.next().unwrap().0), (1, 'c'));
-        // From a time that has passed on, the first ones are slow.
-        ready.push(all[2].clone());
-        ready.large = LargePayloads::new(now);
-        let long_ago = now.checked_sub(std::time::Duration::from_secs(60)).unwrap_or(now);
-        assert_eq!([0; 4].map(|_| ready.large.begin(long_ago)), numbers);
-        assert_eq!([ready.next().unwrap().0, ready.next().unwrap().0], ['c', 'd']);
+        assert_eq!((ready.readable(), ready.len()), (0, 1));
     }
 
     #[test]
-    fn a_payload_that_waits_is_not_read_before_a_slow_one() {
-        let mut ready = ReadyQueue::new();
-        let now = Instant::now();
-        assert_eq!([0; 4].map(|_| ready.large.begin(now)), [1, 2, 3, 4]);
-        // 1 and 2 are slow; 3 and 4 are read; 5 and 6 wait.
-        ready.large.expire(now + std::time::Duration::from_secs(60));
-        let later = now + std::time::Duration::from_secs(60);
-        assert_eq!([0; 2].map(|_| ready.large.begin(later)), [5, 6]);
-        ready.push(named('e', 5));
-        ready.push(named('b', 2));
-        ready.push(named('a', 1));
-        let mut names = Vec::new();
-        while let Some(member) = ready.next() {
-            names.push(member.0);
+    fn slow_payloads_keep_their_turns_and_take_none() {
+        let (mut ready, later) = with_payloads(4);
+        let much_later = later + Duration::from_secs(60);
+        // 1 and 2 are slow, 3 to 6 are read, and 7 waits.
+        ready.large.expire(much_later);
+        (5..=7).for_each(|number| assert_eq!(ready.large.begin(much_later), number));
+        for member in [named('a', 1), named('b', 2), named('d', 4), named('c', 3), named('g', 7)] {
+            ready.push(member);
         }
-        assert_eq!((names, ready.len()), (vec!['a', 'b'], 1));
+        assert_eq!(turns(&mut ready, 8), "abcabcab");
+        assert_eq!(ready.readable(), 4);
     }
 }

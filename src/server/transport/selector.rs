@@ -110,23 +110,25 @@ impl Selector {
     }
 
     /// Blocks until a socket is readable or [`Self::wake`] is called, for `timeout` at most if
-    /// there is one, and calls `notify` with the number of each readable socket.
+    /// there is one, and calls `notify` with the number of each readable socket. Returns whether
+    /// [`Self::wake`] was called.
     ///
     /// # Errors
     /// If polling fails.
-    pub fn wait(&self, timeout: Option<Duration>, notify: impl FnMut(u64)) -> io::Result<()> {
+    pub fn wait(&self, timeout: Option<Duration>, notify: impl FnMut(u64)) -> io::Result<bool> {
         self.ask(&mut lock(&self.system), timeout, notify)
     }
 
-    /// Calls `notify` with the number of each readable socket, without blocking. Does nothing while
-    /// another thread polls.
+    /// Calls `notify` with the number of each readable socket, without blocking. Returns whether
+    /// [`Self::wake`] was called, which the thread that waits next does not see any more. Does
+    /// nothing while another thread polls.
     ///
     /// # Errors
     /// If polling fails.
-    pub fn look(&self, notify: impl FnMut(u64)) -> io::Result<()> {
+    pub fn look(&self, notify: impl FnMut(u64)) -> io::Result<bool> {
         match self.system.try_lock() {
             Ok(mut system) => self.ask(&mut system, Some(Duration::ZERO), notify),
-            Err(TryLockError::WouldBlock) => Ok(()),
+            Err(TryLockError::WouldBlock) => Ok(false),
             Err(TryLockError::Poisoned(system)) => {
                 self.ask(&mut system.into_inner(), Some(Duration::ZERO), notify)
             }
@@ -138,12 +140,17 @@ impl Selector {
         (poll, events): &mut (Poll, Events),
         timeout: Option<Duration>,
         mut notify: impl FnMut(u64),
-    ) -> io::Result<()> {
+    ) -> io::Result<bool> {
         match poll.poll(events, timeout) {
-            Err(e) if e.kind() == ErrorKind::Interrupted => return Ok(()),
+            Err(e) if e.kind() == ErrorKind::Interrupted => return Ok(false),
             result => result?,
         }
-        for event in events.iter().filter(|event| event.token() != WAKE) {
+        let mut is_woken = false;
+        for event in events.iter() {
+            if event.token() == WAKE {
+                is_woken = true;
+                continue;
+            }
             let id = event.token().0 as u64;
             if (event.is_writable() || event.is_write_closed() || event.is_error())
                 && let Some(writable) = lock(&self.writers).get(&id)
@@ -154,7 +161,7 @@ impl Selector {
                 notify(id);
             }
         }
-        Ok(())
+        Ok(is_woken)
     }
 }
 
