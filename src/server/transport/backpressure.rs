@@ -2,6 +2,8 @@
 //! decides when the connection may be read again.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Number of missing bytes from which a payload is large.
 const LARGE_BYTES: usize = 1 << 20;
@@ -29,7 +31,7 @@ pub(super) struct Backpressure {
     large_left: usize,
     /// Set while the socket may have bytes: the selector has reported it, and no read has found it
     /// empty since.
-    pub is_ready: bool,
+    pub has_bytes: Arc<AtomicBool>,
     /// Set while it is in the ready queue, or a thread reads it.
     pub is_taken: bool,
     /// Set when the connection has ended: bytes that still arrive are discarded.

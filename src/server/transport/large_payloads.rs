@@ -6,70 +6,113 @@
 //! with few payloads at a time these buffers are few, and stay in the processor's caches. With 64
 //! at a time, each needs new pages, which the system clears first, and the processor time doubles.
 //!
-//! A payload whose sender stops must not hold up the others. One that has not ended within
-//! [`PATIENCE`], while others waited, is slow from then on: it is read whenever it has bytes, and
-//! makes room for the next. Each that becomes slow also adds one to the number of payloads that are
-//! read at a time, and each that ends in time takes one away again. So `n` payloads whose senders
-//! stop are all slow after about `log2(n)` times [`PATIENCE`], and whatever the senders do, every
-//! payload that is being read when another begins to wait has ended or is slow after [`PATIENCE`].
+//! A payload whose sender stops must not hold up the others. One that made the others wait for
+//! [`PATIENCE`] while its own socket was empty is slow from then on: it is read whenever it has
+//! bytes, and makes room for the next. Time in which its socket has bytes, which only wait to be
+//! read, counts up to [`TOTAL_PATIENCE`]; otherwise, where many are read at a time, those that are
+//! read last would become slow, too, and each of them would add one more to those that are read.
+//!
+//! Each that becomes slow adds one to the number of payloads that are read at a time, and each that
+//! ends in time takes one away again. So `n` payloads whose senders stop are all slow after about
+//! `log2(n)` times [`PATIENCE`], and whatever the senders do, every payload that is being read when
+//! another begins to wait has ended or is slow after [`TOTAL_PATIENCE`].
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Number of payloads that are read at the same time: while the batches of one are being run, bytes
 /// of the other are read.
 const AT_ONCE: usize = 2;
 
-/// Time within which a payload must end while others wait.
+/// Longest time for which others wait while the socket of a payload that is read is empty.
 const PATIENCE: Duration = Duration::from_millis(20);
+/// Longest time for which others wait for a payload that is read.
+const TOTAL_PATIENCE: Duration = Duration::from_millis(200);
+
+/// A payload that is read.
+struct Active {
+    number: u64,
+    /// Set while its socket may have bytes.
+    has_bytes: Arc<AtomicBool>,
+    /// Time for which others have waited for it, with its socket empty and in total.
+    empty: Duration,
+    total: Duration,
+}
+
+impl Active {
+    /// Returns the time that is left until it becomes slow, if its socket is empty.
+    fn time_left(&self) -> Duration {
+        PATIENCE.saturating_sub(self.empty).min(TOTAL_PATIENCE.saturating_sub(self.total))
+    }
+}
 
 /// Payloads by their numbers, in order of beginning from 1 on. A payload that is neither active nor
 /// queued is slow.
 pub(super) struct LargePayloads {
     begun: u64,
-    /// The payloads that are read, and the time at which each was admitted.
-    active: Vec<(u64, Instant)>,
-    /// The payloads that wait for an active one to end.
-    queued: BTreeSet<u64>,
-    /// Time at which the oldest of those that are queued without a break began to wait.
-    queued_since: Instant,
+    active: Vec<Active>,
+    /// The payloads that wait for an active one to end, with the flags of their sockets.
+    queued: BTreeMap<u64, Arc<AtomicBool>>,
+    /// Time up to which waiting is counted.
+    counted_to: Instant,
     /// Number of payloads that are active at the same time, [`AT_ONCE`] or more.
     most_active: usize,
 }
 
 impl LargePayloads {
     pub fn new(now: Instant) -> Self {
-        let (active, queued) = (Vec::new(), BTreeSet::new());
-        LargePayloads { begun: 0, active, queued, queued_since: now, most_active: AT_ONCE }
+        let (active, queued) = (Vec::new(), BTreeMap::new());
+        LargePayloads { begun: 0, active, queued, counted_to: now, most_active: AT_ONCE }
     }
 
-    /// Adds a payload. Returns its number.
-    pub fn begin(&mut self, now: Instant) -> u64 {
-        self.begun += 1;
+    /// Adds a payload; `has_bytes` is set while its socket may have bytes. Returns its number.
+    pub fn begin(&mut self, now: Instant, has_bytes: Arc<AtomicBool>) -> u64 {
         if self.queued.is_empty() {
-            self.queued_since = now;
+            self.counted_to = now;
         }
-        self.queued.insert(self.begun);
-        self.admit(now);
+        self.count(|| now);
+        self.begun += 1;
+        self.queued.insert(self.begun, has_bytes);
+        self.admit();
         self.begun
     }
 
     /// Removes a payload.
     pub fn end(&mut self, number: u64, now: Instant) {
+        self.count(|| now);
         let before = self.active.len();
-        self.active.retain(|(active, _)| *active != number);
+        self.active.retain(|active| active.number != number);
         if self.active.len() < before {
             self.most_active = (self.most_active - 1).max(AT_ONCE);
         }
         self.queued.remove(&number);
-        self.admit(now);
+        self.admit();
     }
 
-    fn admit(&mut self, now: Instant) {
+    /// Counts the time since the last call, if others wait. Must be called before a socket that was
+    /// empty has bytes.
+    pub fn count(&mut self, now: impl FnOnce() -> Instant) {
+        if !self.is_any_queued() {
+            return;
+        }
+        let now = now();
+        let time = now.saturating_duration_since(self.counted_to);
+        self.counted_to += time;
+        for active in &mut self.active {
+            active.total += time;
+            if !active.has_bytes.load(Ordering::Relaxed) {
+                active.empty += time;
+            }
+        }
+    }
+
+    fn admit(&mut self) {
         while self.active.len() < self.most_active
-            && let Some(oldest) = self.queued.pop_first()
+            && let Some((number, has_bytes)) = self.queued.pop_first()
         {
-            self.active.push((oldest, now));
+            self.active.push(Active { number, has_bytes, empty: Duration::ZERO, total: Duration::ZERO });
         }
     }
 
@@ -80,7 +123,7 @@ impl LargePayloads {
 
     /// Returns whether this payload is active.
     pub fn is_active(&self, number: u64) -> bool {
-        self.active.iter().any(|(active, _)| *active == number)
+        self.active.iter().any(|active| active.number == number)
     }
 
     /// Returns whether any payload waits.
@@ -90,25 +133,24 @@ impl LargePayloads {
 
     /// Returns whether a connection may be read whose payload has this number; 0 stands for none.
     pub fn may_read(&self, number: u64) -> bool {
-        !self.queued.contains(&number)
+        !self.queued.contains_key(&number)
     }
 
-    /// Returns the time at which the next payload becomes slow, if others wait.
+    /// Returns the earliest time at which a payload may become slow, if others wait.
     pub fn deadline(&self) -> Option<Instant> {
-        let admitted = self.active.iter().map(|(_, admitted)| *admitted).min()?;
-        self.is_any_queued().then(|| admitted.max(self.queued_since) + PATIENCE)
+        let left = self.active.iter().map(Active::time_left).min()?;
+        self.is_any_queued().then(|| self.counted_to + left)
     }
 
-    /// Makes payloads slow that have not ended in time.
-    pub fn expire(&mut self, now: Instant) {
-        if self.deadline().is_none_or(|deadline| now < deadline) {
-            return;
+    /// Makes payloads slow for which others have waited too long.
+    pub fn expire(&mut self, now: impl FnOnce() -> Instant) {
+        self.count(now);
+        if self.is_any_queued() {
+            let before = self.active.len();
+            self.active.retain(|active| active.time_left() > Duration::ZERO);
+            self.most_active += before - self.active.len();
+            self.admit();
         }
-        let before = self.active.len();
-        let since = self.queued_since;
-        self.active.retain(|(_, admitted)| now < (*admitted).max(since) + PATIENCE);
-        self.most_active += before - self.active.len();
-        self.admit(now);
     }
 }
 
@@ -120,69 +162,106 @@ mod tests {
         all.filter(|number| payloads.may_read(*number)).collect()
     }
 
-    /// Returns payloads of which `count` have begun at `now`.
-    fn begun(count: u64, now: Instant) -> LargePayloads {
-        let mut payloads = LargePayloads::new(now);
-        (1..=count).for_each(|number| assert_eq!(payloads.begin(now), number));
-        payloads
+    /// Payloads whose sockets are empty until their flags are set, with numbers from 1 on.
+    struct Test {
+        start: Instant,
+        payloads: LargePayloads,
+        has_bytes: Vec<Arc<AtomicBool>>,
+    }
+
+    impl Test {
+        /// Returns payloads of which `count` have begun at `start`.
+        fn new(count: usize) -> Self {
+            let start = Instant::now();
+            let payloads = LargePayloads::new(start);
+            let mut test = Test { start, payloads, has_bytes: Vec::new() };
+            test.begin(count, 0.0);
+            test
+        }
+
+        /// Returns the time after `times` the patience.
+        fn at(&self, times: f64) -> Instant {
+            self.start + PATIENCE.mul_f64(times)
+        }
+
+        fn begin(&mut self, count: usize, times: f64) {
+            for _ in 0..count {
+                self.has_bytes.push(Arc::default());
+                let number =
+                    self.payloads.begin(self.at(times), self.has_bytes[self.has_bytes.len() - 1].clone());
+                assert_eq!(number as usize, self.has_bytes.len());
+            }
+        }
+
+        fn end(&mut self, number: u64, times: f64) {
+            self.payloads.end(number, self.at(times));
+        }
+
+        fn expire(&mut self, times: f64) {
+            let now = self.at(times);
+            self.payloads.expire(|| now);
+        }
+
+        fn set_has_bytes(&mut self, number: usize, has_bytes: bool, times: f64) {
+            let now = self.at(times);
+            self.payloads.count(|| now);
+            self.has_bytes[number - 1].store(has_bytes, Ordering::Relaxed);
+        }
     }
 
     #[test]
     fn two_are_read_at_a_time_in_order_of_beginning() {
-        let now = Instant::now();
-        let mut payloads = begun(5, now);
-        assert_eq!(read(&payloads, 0..=5), [0, 1, 2]);
-        payloads.end(2, now);
-        assert_eq!(read(&payloads, 0..=5), [0, 1, 2, 3], "2 has ended");
-        payloads.end(1, now);
-        payloads.end(3, now);
-        assert_eq!(payloads.begin(now), 6);
-        assert_eq!(read(&payloads, 4..=6), [4, 5]);
+        let mut test = Test::new(5);
+        assert_eq!(read(&test.payloads, 0..=5), [0, 1, 2]);
+        test.end(2, 0.0);
+        assert_eq!(read(&test.payloads, 0..=5), [0, 1, 2, 3], "2 has ended");
+        test.end(1, 0.0);
+        test.end(3, 0.0);
+        test.begin(1, 0.0);
+        assert_eq!(read(&test.payloads, 4..=6), [4, 5]);
         // One that waits may end, too: its connection has ended.
-        payloads.end(6, now);
-        assert!(!payloads.is_any_queued() && payloads.is_any_active());
-        (4..=5).for_each(|number| payloads.end(number, now));
-        assert!(!payloads.is_any_active() && payloads.may_read(7));
+        test.end(6, 0.0);
+        assert!(!test.payloads.is_any_queued() && test.payloads.is_any_active());
+        (4..=5).for_each(|number| test.end(number, 0.0));
+        assert!(!test.payloads.is_any_active() && test.payloads.may_read(7));
     }
 
     #[test]
     fn payloads_whose_senders_stop_are_passed_by_twice_as_many_at_a_time() {
-        let start = Instant::now();
-        let at = |times: f64| start + PATIENCE.mul_f64(times);
-        let mut payloads = begun(40, start);
-        assert_eq!(payloads.deadline(), Some(at(1.0)));
-        payloads.expire(at(0.99));
-        assert_eq!(read(&payloads, 1..=40).len(), 2);
+        let mut test = Test::new(40);
+        assert_eq!(test.payloads.deadline(), Some(test.at(1.0)));
+        test.expire(0.99);
+        assert_eq!(read(&test.payloads, 1..=40).len(), 2);
         for (time, count) in [(1.0, 2 + 4), (2.0, 6 + 8), (3.0, 14 + 16)] {
-            payloads.expire(at(time));
-            payloads.expire(at(time));
-            assert_eq!(read(&payloads, 1..=40), (1..=count).collect::<Vec<_>>(), "{time}");
-            assert_eq!(payloads.deadline(), Some(at(time + 1.0)));
-            assert!(!payloads.is_active(count / 3) && payloads.is_active(count));
+            test.expire(time);
+            test.expire(time);
+            assert_eq!(read(&test.payloads, 1..=40), (1..=count).collect::<Vec<_>>(), "{time}");
+            assert_eq!(test.payloads.deadline(), Some(test.at(time + 1.0)));
+            assert!(!test.payloads.is_active(count / 3) && test.payloads.is_active(count));
         }
         // Ends of slow and queued ones admit none, nor do those beyond the number of active ones
         // that fell by one with each.
-        payloads.end(1, at(3.1));
-        payloads.end(40, at(3.1));
-        (15..=28).for_each(|number| payloads.end(number, at(3.2)));
-        assert_eq!(read(&payloads, 29..=40), [29, 30, 40], "2 of 2 are active");
-        payloads.end(29, at(3.5));
-        assert_eq!(read(&payloads, 30..=39), [30, 31]);
+        test.end(1, 3.1);
+        test.end(40, 3.1);
+        (15..=28).for_each(|number| test.end(number, 3.2));
+        assert_eq!(read(&test.payloads, 29..=40), [29, 30, 40], "2 of 2 are active");
+        test.end(29, 3.5);
+        assert_eq!(read(&test.payloads, 30..=39), [30, 31]);
     }
 
     #[test]
     fn payloads_that_stop_do_not_prolong_the_wait_behind_those_that_end() {
-        let start = Instant::now();
-        // Halves of PATIENCE until the last of 200 is read, if every `nth` one ends after one half
-        // and the others stop.
+        // Halves of the patience until the last of 200 is read, if every `nth` one ends after one
+        // half and the others stop.
         let halves = |nth: usize| {
-            let mut payloads = begun(200, start);
-            (1_u32..).find(|half| {
-                let now = start + PATIENCE / 2 * *half;
-                let ended: Vec<u64> = (1..=200).step_by(nth).filter(|n| payloads.is_active(*n)).collect();
-                ended.iter().for_each(|number| payloads.end(*number, now));
-                payloads.expire(now);
-                payloads.may_read(200)
+            let mut test = Test::new(200);
+            (1..).find(|half| {
+                let times = f64::from(*half) / 2.0;
+                let all = (1..=200).step_by(nth);
+                let ended: Vec<u64> = all.filter(|n| test.payloads.is_active(*n)).collect();
+                ended.iter().for_each(|number| test.end(*number, times));
+                test.expire(times);
+                test.payloads.may_read(200)
             })
         };
         assert_eq!(halves(1), Some(99));
@@ -190,20 +269,42 @@ mod tests {
     }
 
     #[test]
-    fn time_counts_from_when_a_payload_is_read_and_another_waits() {
-        let start = Instant::now();
-        let at = |times: f64| start + PATIENCE.mul_f64(times);
-        let mut payloads = begun(2, start);
-        payloads.expire(at(9.0));
-        assert_eq!((payloads.deadline(), payloads.is_active(1)), (None, true), "none waits");
-        (3..=5).for_each(|number| assert_eq!(payloads.begin(at(9.0)), number));
-        assert_eq!(payloads.deadline(), Some(at(10.0)));
-        payloads.end(2, at(9.5));
-        payloads.expire(at(10.0));
+    fn time_counts_while_a_payload_is_read_and_another_waits() {
+        let mut test = Test::new(2);
+        test.expire(9.0);
+        assert_eq!((test.payloads.deadline(), test.payloads.is_active(1)), (None, true), "none waits");
+        test.begin(3, 9.0);
+        assert_eq!(test.payloads.deadline(), Some(test.at(10.0)));
+        test.end(2, 9.5);
+        test.expire(10.0);
         // 1 is slow; 3 was admitted later, and has its own time.
-        assert!(!payloads.is_active(1) && payloads.is_active(3));
-        assert_eq!((read(&payloads, 1..=5), payloads.deadline()), (vec![1, 2, 3, 4, 5], None));
-        assert_eq!(payloads.begin(at(10.2)), 6);
-        assert_eq!(payloads.deadline(), Some(at(11.2)), "6 waits from then on");
+        assert!(!test.payloads.is_active(1) && test.payloads.is_active(3));
+        assert_eq!(read(&test.payloads, 1..=5), [1, 2, 3, 4, 5]);
+        assert_eq!(test.payloads.deadline(), None);
+        // Nobody waits until 6 does.
+        test.begin(1, 10.2);
+        assert_eq!(test.payloads.deadline(), Some(test.at(10.7)));
+    }
+
+    #[test]
+    fn bytes_that_wait_to_be_read_make_no_payload_slow_for_a_long_time() {
+        let mut test = Test::new(3);
+        test.set_has_bytes(1, true, 0.5);
+        test.expire(1.0);
+        assert!(test.payloads.is_active(1) && !test.payloads.is_active(2), "2 is slow");
+        test.begin(8, 1.0);
+        test.set_has_bytes(1, false, 5.0);
+        test.expire(5.4);
+        assert!(test.payloads.is_active(1));
+        test.expire(5.5);
+        assert!(!test.payloads.is_active(1), "empty for twice a half of the patience");
+
+        let mut test = Test::new(3);
+        [1, 2].iter().for_each(|number| test.set_has_bytes(*number, true, 0.0));
+        let total = TOTAL_PATIENCE.as_secs_f64() / PATIENCE.as_secs_f64();
+        test.expire(total - 0.1);
+        assert!(test.payloads.is_active(1));
+        test.expire(total);
+        assert!(!test.payloads.is_active(1));
     }
 }

@@ -263,7 +263,8 @@ impl Shared {
     /// Puts a socket into the ready queue, if it is readable, may be read, and no thread has it.
     /// Returns whether it was put there and does not wait for the payloads of others.
     fn offer(&self, registered: &Arc<Registered>, backpressure: &mut Backpressure) -> bool {
-        if !backpressure.is_ready || backpressure.is_taken || backpressure.is_at_end {
+        let has_bytes = backpressure.has_bytes.load(Ordering::Relaxed);
+        if !has_bytes || backpressure.is_taken || backpressure.is_at_end {
             return false;
         }
         let mut ready = lock(&self.ready);
@@ -278,7 +279,9 @@ impl Shared {
     /// Notes that the selector has reported a socket: it is readable, or may be.
     fn note_change(&self, registered: &Arc<Registered>) {
         let mut backpressure = lock(&registered.backpressure);
-        backpressure.is_ready = true;
+        // Until now it was empty.
+        lock(&self.ready).large.count(Instant::now);
+        backpressure.has_bytes.store(true, Ordering::Relaxed);
         registered.changes.fetch_add(1, Ordering::Release);
         self.offer(registered, &mut backpressure);
     }
@@ -294,7 +297,8 @@ impl Shared {
         let mut ready = lock(&self.ready);
         let now = Instant::now();
         let had_queued = ready.large.is_any_queued();
-        let number = if is_within { ready.large.begin(now) } else { 0 };
+        let has_bytes = || backpressure.has_bytes.clone();
+        let number = if is_within { ready.large.begin(now, has_bytes()) } else { 0 };
         registered.payload_since.store(number, Ordering::Relaxed);
         if !is_within {
             ready.large.end(since, now);
@@ -425,8 +429,9 @@ impl Shared {
             return Err(self.at_end(registered));
         }
         if state == SocketState::Empty {
-            let mut backpressure = lock(&registered.backpressure);
-            backpressure.is_ready = registered.changes.load(Ordering::Acquire) != changes;
+            let backpressure = lock(&registered.backpressure);
+            let has_changed = registered.changes.load(Ordering::Acquire) != changes;
+            backpressure.has_bytes.store(has_changed, Ordering::Relaxed);
         }
         if filled == 0 {
             return Err(None);

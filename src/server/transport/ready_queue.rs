@@ -82,9 +82,7 @@ impl<T: Member> ReadyQueue<T> {
         if let Some(interactive) = self.next_interactive() {
             return Some(interactive);
         }
-        if self.large.is_any_queued() {
-            self.large.expire(Instant::now());
-        }
+        self.large.expire(Instant::now);
         let first = self.throughput.iter().position(|member| self.may_read(member))?;
         let first = self.throughput.remove(first)?;
         let since = first.payload_since();
@@ -109,6 +107,7 @@ mod tests {
     use super::*;
     use std::cell::Cell;
     use std::rc::Rc;
+    use std::sync::Arc;
     use std::time::Duration;
 
     /// A socket's name, the number of its payload, and its flag for a short last read.
@@ -129,6 +128,11 @@ mod tests {
         Named(name, Rc::new(Cell::new(since)), false)
     }
 
+    /// Begins a payload whose socket is empty. Returns its number.
+    fn begin(ready: &mut ReadyQueue<Named>, now: Instant) -> u64 {
+        ready.large.begin(now, Arc::default())
+    }
+
     /// Returns the names in the order in which they are read, each queued again after its turn.
     fn turns(ready: &mut ReadyQueue<Named>, count: usize) -> String {
         let mut turn = || {
@@ -144,7 +148,7 @@ mod tests {
     fn with_payloads(count: u64) -> (ReadyQueue<Named>, Instant) {
         let (mut ready, later) = (ReadyQueue::new(), Instant::now() + Duration::from_secs(60));
         ready.large = LargePayloads::new(later);
-        (1..=count).for_each(|number| assert_eq!(ready.large.begin(later), number));
+        (1..=count).for_each(|number| assert_eq!(begin(&mut ready, later), number));
         (ready, later)
     }
 
@@ -156,7 +160,7 @@ mod tests {
         assert_eq!(turns(&mut ready, 8), "bxybxybx");
         // Its payload is complete and the next has begun.
         ready.large.end(1, later);
-        all[1].1.set(ready.large.begin(later));
+        all[1].1.set(begin(&mut ready, later));
         assert_eq!(turns(&mut ready, 8).replace(['x', 'y'], ""), "aaa");
     }
 
@@ -196,8 +200,8 @@ mod tests {
         let (mut ready, later) = with_payloads(4);
         let much_later = later + Duration::from_secs(60);
         // 1 and 2 are slow, 3 to 6 are read, and 7 waits.
-        ready.large.expire(much_later);
-        (5..=7).for_each(|number| assert_eq!(ready.large.begin(much_later), number));
+        ready.large.expire(|| much_later);
+        (5..=7).for_each(|number| assert_eq!(begin(&mut ready, much_later), number));
         for member in [named('a', 1), named('b', 2), named('d', 4), named('c', 3), named('g', 7)] {
             ready.push(member);
         }
