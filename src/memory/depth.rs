@@ -12,8 +12,6 @@
 
 use super::aligned::Aligned;
 use super::pending_clear::PendingClear;
-#[cfg(test)]
-use super::pending_clear::cell_columns;
 use std::ops::Range;
 
 /// Format of stored depths.
@@ -177,7 +175,7 @@ impl DepthMemory {
             DepthFormat::U16 => Words::Narrow(Aligned::new(len, far as u16).expect(room)),
             _ => Words::Wide(Aligned::new(len, far as i32).expect(room)),
         };
-        DepthMemory { width, height, format, words, pending_clear: PendingClear::new(width, height) }
+        DepthMemory { width, height, format, words, pending_clear: PendingClear::of_tiles(width, height) }
     }
 
     /// Returns the width in pixels.
@@ -274,7 +272,7 @@ impl DepthMemory {
     /// Returns all stored words with their pending clears.
     pub(crate) fn cells_mut(&mut self) -> DepthCells<'_> {
         let far = self.format.encode(1.0, 0.0) as i32;
-        let pending_clear = self.pending_clear.rows_mut();
+        let pending_clear = self.pending_clear.words_mut();
         match &mut self.words {
             Words::Narrow(narrow) => DepthCells { words: &mut [], narrow, pending_clear, far },
             Words::Wide(words) => DepthCells { words, narrow: &mut [], pending_clear, far },
@@ -347,10 +345,10 @@ mod tests {
             // The first cell of row 2 is cleared directly, as the tile renderer does, then a word
             // of it is set.
             let mut want = vec![far; len];
+            let columns = depth.pending_clear.columns_of(0);
             let cells = depth.cells_mut();
             if !cells.pending_clear.is_empty() {
                 let row = width as usize * 2;
-                let columns = cell_columns(0, width as usize);
                 cells.words[row..row + columns.end].fill(cells.far);
                 cells.words[row + 1] = 77;
                 cells.pending_clear[2] &= !1;

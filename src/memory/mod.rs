@@ -31,7 +31,7 @@ pub use depth::{DepthFormat, DepthMemory, DepthWords};
 #[cfg(fbptr_preload)]
 pub(crate) use device::DeviceMemory;
 pub use fbptr::FbPtr;
-pub(crate) use pending_clear::CELL as CLEAR_CELL;
+pub(crate) use pending_clear::{STRIP_CELL, TILE_CELL};
 pub use pick_buffer::PickBuffer;
 pub(crate) use pick_buffer::{NO_FACE as NOT_PICKED, PickCells};
 #[cfg(feature = "server")]

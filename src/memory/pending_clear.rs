@@ -5,40 +5,58 @@
 
 use std::ops::Range;
 
-/// Columns of a cell; the last cell of a row extends to the row's end.
-pub(crate) const CELL: usize = 128;
+/// Columns of a tile's cell; the last one of a row extends to the row's end.
+pub(crate) const TILE_CELL: usize = 128;
+/// Columns of a strip's cell; the last one of a row may be narrower.
+pub(crate) const STRIP_CELL: usize = 16;
 
 /// The cells of a buffer of pixels whose clear is pending.
 #[derive(Clone, Debug)]
 pub(super) struct PendingClear {
     width: usize,
-    /// One bit per cell of each row, leftmost cell in bit 0; empty if clears are immediate.
-    rows: Vec<u128>,
+    /// Columns of a cell, and the number of cells in a row.
+    columns: usize,
+    cells: usize,
+    /// One bit per cell, leftmost cell in bit 0 of the first of a row's [`Self::row_words`] words;
+    /// empty if clears are immediate.
+    words: Vec<u128>,
     /// Set while some bit may be set.
     has_any: bool,
 }
 
-/// Returns the columns of cell number `cell` of a row.
-pub(super) fn cell_columns(cell: usize, width: usize) -> Range<usize> {
-    cell * CELL..if cell + 1 == cells_in(width) { width } else { (cell + 1) * CELL }
-}
-
-fn cells_in(width: usize) -> usize {
-    (width / CELL).max(1)
-}
-
 impl PendingClear {
-    /// Creates a set without cells. If the buffer is too wide, it stays empty.
-    pub fn new(width: u32, height: u32) -> Self {
-        let width = width as usize;
-        let rows = if cells_in(width) <= u128::BITS as usize { height as usize } else { 0 };
-        PendingClear { width, rows: vec![0; rows], has_any: false }
+    /// Creates a set without cells, for cells of tiles: one word a row. If the buffer is too wide,
+    /// it stays empty.
+    pub fn of_tiles(width: u32, height: u32) -> Self {
+        let cells = (width as usize / TILE_CELL).max(1);
+        let rows = if cells <= u128::BITS as usize { height as usize } else { 0 };
+        Self::new(width, rows, TILE_CELL, cells)
+    }
+
+    /// Creates a set without cells, for cells of strips.
+    pub fn of_strips(width: u32, height: u32) -> Self {
+        Self::new(width, height as usize, STRIP_CELL, (width as usize).div_ceil(STRIP_CELL).max(1))
+    }
+
+    fn new(width: u32, rows: usize, columns: usize, cells: usize) -> Self {
+        let words = vec![0; rows * cells.div_ceil(u128::BITS as usize)];
+        PendingClear { width: width as usize, columns, cells, words, has_any: false }
+    }
+
+    /// Returns the number of words of a row.
+    pub fn row_words(&self) -> usize {
+        self.cells.div_ceil(u128::BITS as usize)
+    }
+
+    /// Returns the columns of cell number `cell` of a row.
+    pub fn columns_of(&self, cell: usize) -> Range<usize> {
+        cell * self.columns..if cell + 1 == self.cells { self.width } else { (cell + 1) * self.columns }
     }
 
     /// Adds all cells. Returns whether it does: otherwise the buffer must be cleared at once.
     pub fn add_all(&mut self) -> bool {
-        self.rows.fill(u128::MAX);
-        self.has_any = !self.rows.is_empty();
+        self.words.fill(u128::MAX);
+        self.has_any = !self.words.is_empty();
         self.has_any
     }
 
@@ -50,8 +68,9 @@ impl PendingClear {
 
     fn has_pixel(&self, index: usize) -> bool {
         let (row, column) = (index / self.width, index % self.width);
-        let cell = (column / CELL).min(cells_in(self.width) - 1);
-        self.rows[row] >> cell & 1 == 1
+        let cell = (column / self.columns).min(self.cells - 1);
+        let bits = u128::BITS as usize;
+        self.words[row * self.row_words() + cell / bits] >> (cell % bits) & 1 == 1
     }
 
     /// Removes all cells, and calls `clear` with their pixels.
@@ -64,23 +83,27 @@ impl PendingClear {
 
     #[cold]
     fn take_cells(&mut self, mut clear: impl FnMut(Range<usize>)) {
-        let width = self.width;
-        for (row, cells) in self.rows.iter_mut().enumerate() {
-            let at = row * width;
-            match std::mem::take(cells) {
-                0 => {}
-                u128::MAX => clear(at..at + width),
-                bits => (0..cells_in(width)).filter(|cell| bits >> cell & 1 == 1).for_each(|cell| {
-                    let columns = cell_columns(cell, width);
-                    clear(at + columns.start..at + columns.end);
-                }),
+        let bits = u128::BITS as usize;
+        for word in 0..self.words.len() {
+            let (row, first) = (word / self.row_words(), word % self.row_words() * bits);
+            let mut cells = std::mem::take(&mut self.words[word]);
+            // Runs of cells, from their first one on.
+            while cells != 0 {
+                let start = cells.trailing_zeros() as usize;
+                let end = start + (cells >> start).trailing_ones() as usize;
+                cells &= u128::MAX.checked_shl(end as u32).unwrap_or(0);
+                if first + start < self.cells {
+                    let last = self.cells.min(first + end) - 1;
+                    let at = row * self.width;
+                    clear(at + self.columns_of(first + start).start..at + self.columns_of(last).end);
+                }
             }
         }
     }
 
-    /// Returns the bits of each row; empty if no clear is pending. Whoever clears a bit has cleared
-    /// its cell.
-    pub fn rows_mut(&mut self) -> &mut [u128] {
-        if self.has_any { &mut self.rows } else { &mut [] }
+    /// Returns the words of all rows; empty if no clear is pending. Whoever clears a bit has
+    /// cleared its cell.
+    pub fn words_mut(&mut self) -> &mut [u128] {
+        if self.has_any { &mut self.words } else { &mut [] }
     }
 }

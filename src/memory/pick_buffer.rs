@@ -1,10 +1,12 @@
 //! Pick buffer: the face that last wrote the depth of each pixel. Allocated only when PICK asks for
 //! it.
 //!
-//! Clears are deferred, as those of depths are.
+//! Clears are deferred, as those of depths are, but by narrower cells: faces are stored in strips of
+//! 16 pixels, and where a strip's clear is pending all of it is written at once. So a pixel where no
+//! face is drawn costs nothing, and another one is written once and not twice.
 
 use super::aligned::Aligned;
-use super::pending_clear::PendingClear;
+use super::pending_clear::{PendingClear, STRIP_CELL};
 
 /// Marks a pixel where no face has written depth.
 pub(crate) const NO_FACE: [u32; 2] = [u32::MAX; 2];
@@ -19,12 +21,57 @@ pub struct PickBuffer {
 }
 
 /// Faces with the pending clears of their cells. Whoever writes a cell must clear it first.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct PickCells<'a> {
     /// Name and triangle of every pixel, row by row.
     pub ids: &'a mut [[u32; 2]],
-    /// One bit per cell of each row, leftmost cell in bit 0; empty if no clear is pending.
+    /// One bit per cell of [`STRIP_CELL`] columns, leftmost cell in bit 0 of the first of a row's
+    /// words; empty if no clear is pending.
     pub pending_clear: &'a mut [u128],
+    /// Number of words of a row.
+    pub row_words: usize,
+}
+
+impl<'a> PickCells<'a> {
+    /// Returns rows `rows` of a buffer of `width` columns; nothing of an empty one.
+    pub fn rows(self, rows: std::ops::Range<usize>, width: usize) -> Self {
+        fn part<T>(all: &mut [T], rows: std::ops::Range<usize>, columns: usize) -> &mut [T] {
+            if all.is_empty() { all } else { &mut all[rows.start * columns..rows.end * columns] }
+        }
+        PickCells {
+            ids: part(self.ids, rows.clone(), width),
+            pending_clear: part(self.pending_clear, rows, self.row_words),
+            row_words: self.row_words,
+        }
+    }
+
+    /// Splits a buffer of `width` columns into the first rows and the others; an empty one into two
+    /// empty ones.
+    pub fn split(self, rows: usize, width: usize) -> (Self, Self) {
+        let row_words = self.row_words;
+        let (ids, ids_below) = self.ids.split_at_mut((rows * width).min(self.ids.len()));
+        let words = (rows * row_words).min(self.pending_clear.len());
+        let (pending_clear, below) = self.pending_clear.split_at_mut(words);
+        let first = PickCells { ids, pending_clear, row_words };
+        (first, PickCells { ids: ids_below, pending_clear: below, row_words })
+    }
+
+    /// Returns the same cells for a shorter time.
+    pub fn reborrow(&mut self) -> PickCells<'_> {
+        PickCells { ids: self.ids, pending_clear: self.pending_clear, row_words: self.row_words }
+    }
+
+    /// Removes the pending clear of the cell that begins at this row and column. Returns whether
+    /// there was one: then the caller must write all of the cell.
+    #[inline(always)]
+    pub fn take_pending(&mut self, row: usize, column: usize) -> bool {
+        let (cell, bits) = (column / STRIP_CELL, u128::BITS as usize);
+        let Some(word) = self.pending_clear.get_mut(row * self.row_words + cell / bits) else { return false };
+        let bit = 1 << (cell % bits);
+        let is_pending = *word & bit != 0;
+        *word &= !bit;
+        is_pending
+    }
 }
 
 impl PickBuffer {
@@ -34,7 +81,7 @@ impl PickBuffer {
     /// If the system has no memory for it.
     pub fn new(width: u32, height: u32) -> Self {
         let ids = Aligned::new(width as usize * height as usize, NO_FACE).expect("room for a frame's ids");
-        PickBuffer { width, height, ids, pending_clear: PendingClear::new(width, height) }
+        PickBuffer { width, height, ids, pending_clear: PendingClear::of_strips(width, height) }
     }
 
     /// Returns the width in pixels.
@@ -54,9 +101,8 @@ impl PickBuffer {
 
     /// Removes every face.
     pub fn clear(&mut self) {
-        if !self.pending_clear.add_all() {
-            self.ids.fill(NO_FACE);
-        }
+        // Without rows there is nothing to clear.
+        self.pending_clear.add_all();
     }
 
     /// Stores all pending clears.
@@ -95,7 +141,8 @@ impl PickBuffer {
 
     /// Returns all faces with their pending clears.
     pub(crate) fn cells_mut(&mut self) -> PickCells<'_> {
-        PickCells { ids: &mut self.ids, pending_clear: self.pending_clear.rows_mut() }
+        let row_words = self.pending_clear.row_words();
+        PickCells { ids: &mut self.ids, pending_clear: self.pending_clear.words_mut(), row_words }
     }
 
     /// Stores a face at pixel number `index` (= width * y + x).
@@ -111,7 +158,6 @@ impl PickBuffer {
 
 #[cfg(test)]
 mod tests {
-    use super::super::pending_clear::cell_columns;
     use super::*;
 
     #[test]
@@ -129,17 +175,8 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_too_wide_for_cells_is_cleared_at_once() {
-        let mut ids = PickBuffer::new(17_000, 2);
-        (0..34_000).for_each(|i| ids.set(i, 1, 2));
-        ids.clear();
-        assert!(ids.cells_mut().pending_clear.is_empty());
-        assert!((0..34_000).all(|i| ids.get(i % 17_000, i / 17_000).is_none()));
-    }
-
-    #[test]
     fn a_clear_is_seen_at_once_however_late_it_is_stored() {
-        for width in [5, 300, 700] {
+        for width in [5, 16, 300, 700, 17_000] {
             let mut ids = PickBuffer::new(width, 4);
             let all = |ids: &PickBuffer| -> Vec<_> {
                 (0..4 * width).map(|i| ids.get((i % width) as i32, (i / width) as i32)).collect()
@@ -148,17 +185,18 @@ mod tests {
             ids.clear();
             let mut want = vec![None; 4 * width as usize];
             assert_eq!(all(&ids), want);
-            // The first cell of row 2 is cleared directly, as the tile renderer does, and written.
-            let row = 2 * width as usize;
-            let cells = ids.cells_mut();
-            assert_eq!(cells.pending_clear.len(), 4, "the clear is stored at once");
-            cells.ids[row..row + cell_columns(0, width as usize).end].fill(NO_FACE);
-            cells.ids[row + 1] = [8, 9];
-            cells.pending_clear[2] &= !1;
-            want[row + 1] = Some((8, 9));
+            // The last cell of row 2 is written as the tile renderer does it.
+            let (row, cells) = (2 * width as usize, ids.cells_mut());
+            let column = (width as usize - 1) / STRIP_CELL * STRIP_CELL;
+            let (_, mut rows) = cells.split(1, width as usize);
+            assert!(rows.take_pending(1, column) && !rows.take_pending(1, column));
+            rows.ids[row - width as usize..][column..width as usize].fill(NO_FACE);
+            rows.ids[row - width as usize + column + 1] = [8, 9];
+            let last = row + column + 1;
+            want[last] = Some((8, 9));
             assert_eq!(all(&ids), want);
-            ids.clear_within(&(1..2), &(2..3));
-            want[row + 1] = None;
+            ids.clear_within(&(column as u32 + 1..width), &(2..3));
+            want[last] = None;
             assert_eq!(all(&ids), want);
             ids.clear();
             ids.set(3, 5, 6);

@@ -113,7 +113,7 @@ fn frame_of<'t>(target: &'t mut Target, parts: Parts) -> FrameSlices<'t> {
     let width = target.memory.width() as usize;
     let depth = target.depth.as_mut().filter(|_| parts.uses(Part::DepthMemory)).map(|d| d.cells_mut());
     let pick = target.ids.as_deref_mut().filter(|_| parts.uses(Part::PickBuffer));
-    let pick = pick.map_or(PickCells { ids: &mut [], pending_clear: &mut [] }, PickBuffer::cells_mut);
+    let pick = pick.map_or(PickCells::default(), PickBuffer::cells_mut);
     FrameSlices { width, bytes: target.memory.bytes_mut(), depth, pick }
 }
 

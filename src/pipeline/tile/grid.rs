@@ -1,7 +1,7 @@
 //! Grid of the tiles that a clip rectangle is divided into.
 
 use crate::math::coverage::PixelRect;
-use crate::memory::CLEAR_CELL;
+use crate::memory::TILE_CELL;
 
 /// Division of the clip rectangle into tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,7 +19,7 @@ pub struct Grid {
 impl Grid {
     /// Columns of a tile, equal to those of a cell of depth memory; the last tile of a row has
     /// fewer than twice as many.
-    pub const TILE_COLUMNS: i32 = CLEAR_CELL as i32;
+    pub const TILE_COLUMNS: i32 = TILE_CELL as i32;
     /// Pixel rows of a tile.
     pub const TILE_ROWS: i32 = 32;
 

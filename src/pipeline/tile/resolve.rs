@@ -16,6 +16,7 @@ use super::lighting::{pack, splat3};
 use super::texture_queue::{QUEUE_CAPACITY, TextureQueue};
 use super::tile_buffers::{EXACT_FACE_BIT, ID_STRIDE, NO_FACE, Tile};
 use crate::math::coverage::PixelRect;
+use crate::memory::{NOT_PICKED, PickCells, STRIP_CELL};
 use crate::simd::{I32, Kernel, Mask, Simd};
 
 /// Shades the visible pixels of a tile.
@@ -29,7 +30,7 @@ pub struct ResolveKernel<'a, 'b, 'c> {
     /// RGBA bytes of the frame's rows from the tile's first row on.
     pub bytes: &'b mut [u8],
     /// Pick buffer of those rows (name and triangle); empty when picking is off.
-    pub pick: &'b mut [[u32; 2]],
+    pub pick: PickCells<'b>,
     /// Name that is written to the pick buffer.
     pub name: u32,
 }
@@ -44,7 +45,7 @@ struct CachedFace<'a, S: Simd> {
 
 /// Columns and rows that are shaded together: four blocks of 4x4 pixels, so that each face needs
 /// few vectors.
-const STRIP: [i32; 2] = [16, 4];
+const STRIP: [i32; 2] = [STRIP_CELL as i32, 4];
 
 impl Kernel for ResolveKernel<'_, '_, '_> {
     type Output = ();
@@ -73,7 +74,7 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
                 if has_exact {
                     self.exact_rows(s, x, y, &mut cached);
                 }
-                if (has_narrow | has_exact) && !self.pick.is_empty() {
+                if (has_narrow | has_exact) && !self.pick.ids.is_empty() {
                     self.keep_ids(x, y);
                 }
                 x += STRIP[0];
@@ -119,7 +120,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
     fn is_full_of<S: Simd>(&mut self, s: S, cached: &CachedFace<'a, S>, x: i32, y: i32) -> bool {
         let Some(color) = cached.color else { return false };
         let is_inside = x + STRIP[0] <= self.tile.x1 && y + STRIP[1] <= self.tile.y1;
-        if !is_inside || !self.pick.is_empty() {
+        if !is_inside || !self.pick.ids.is_empty() {
             return false;
         }
         let (at, face) = (self.tile.id_at(x, y), s.splat_i(cached.face | EXACT_FACE_BIT));
@@ -369,10 +370,14 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         let columns = ((x + STRIP[0]).min(self.tile.x1) - x) as usize;
         for row in y..(y + STRIP[1]).min(self.tile.y1) {
             let (from, to) = (self.tile.id_at(x, row), self.tile.pixel_at(x, row));
-            let picked = self.pick[to..to + columns].iter_mut();
-            for (pick, &id) in picked.zip(&self.tile.ids[from..from + columns]) {
-                let face = [self.name, (id & !EXACT_FACE_BIT) as u32];
-                *pick = if id == NO_FACE { *pick } else { face };
+            let is_pending = self.pick.take_pending((row - self.tile.y0) as usize, x as usize);
+            let picked = self.pick.ids[to..to + columns].iter_mut();
+            let pixels = picked.zip(&self.tile.ids[from..from + columns]);
+            let face = |id: i32| [self.name, (id & !EXACT_FACE_BIT) as u32];
+            if is_pending {
+                pixels.for_each(|(pick, &id)| *pick = if id == NO_FACE { NOT_PICKED } else { face(id) });
+            } else {
+                pixels.for_each(|(pick, &id)| *pick = if id == NO_FACE { *pick } else { face(id) });
             }
         }
     }

@@ -19,7 +19,7 @@ use super::tile_buffers::{ID_STRIDE, Ids, NO_FACE, Tile};
 use super::traverse::{RasterKernel, RasterStats};
 use crate::executor::{Executor, join};
 use crate::math::coverage::PixelRect;
-use crate::memory::{DepthCells, NOT_PICKED};
+use crate::memory::{DepthCells, PickCells};
 use crate::pipeline::draw_call::{CoarseDepth, DrawStats};
 use crate::pipeline::preemption::Slice;
 use crate::simd::Level;
@@ -113,8 +113,7 @@ pub(crate) fn for_each_tile_row(
     let pixels = top * width..bottom * width;
     let some = |length: usize| if length == 0 { 0..0 } else { pixels.clone() };
     let rows = if depth.pending_clear.is_empty() { 0..0 } else { top..bottom };
-    let (depth_range, pick_range) = (some(depth.words.len()), some(frame.pick.ids.len()));
-    let pick_rows = if frame.pick.pending_clear.is_empty() { 0..0 } else { top..bottom };
+    let depth_range = some(depth.words.len());
     let narrow_range = some(depth.narrow.len());
     let buffers = TileRowBuffers {
         width,
@@ -123,8 +122,7 @@ pub(crate) fn for_each_tile_row(
         narrow: &mut depth.narrow[narrow_range],
         pending_clear: &mut depth.pending_clear[rows],
         bytes: &mut frame.bytes[pixels.start * 4..pixels.end * 4],
-        pick: &mut frame.pick.ids[pick_range],
-        pick_clear: &mut frame.pick.pending_clear[pick_rows],
+        pick: frame.pick.rows(top..bottom, width),
     };
     let work = |band: usize, mut buffers: TileRowBuffers<'_>| {
         let mut ids = IDS.take().unwrap_or_else(|| Box::new(AtLine([NO_FACE; _])));
@@ -293,14 +291,13 @@ impl TileRow<'_> {
         if is_widened {
             narrow(tile.depth, width, columns.clone(), &mut *buffers.narrow);
         }
-        clear_pending(buffers.pick_clear, column, &columns, (buffers.pick, width), NOT_PICKED);
         let [left, top, right, bottom] = reach.map(i32::from);
         self.draw.level.dispatch_long(ResolveKernel {
             faces: self.faces,
             reach: PixelRect { x0: left.max(x0), y0: top.max(y0), x1: right.min(x1), y1: bottom.min(y1) },
             tile: &mut tile,
             bytes: &mut *buffers.bytes,
-            pick: &mut *buffers.pick,
+            pick: buffers.pick.reborrow(),
             name: self.draw.job.name,
         });
         visits
@@ -390,9 +387,7 @@ pub(crate) struct TileRowBuffers<'a> {
     /// RGBA bytes.
     bytes: &'a mut [u8],
     /// Pick buffer: name and triangle.
-    pick: &'a mut [[u32; 2]],
-    /// The same as `pending_clear`, of the pick buffer.
-    pick_clear: &'a mut [u128],
+    pick: PickCells<'a>,
 }
 
 impl TileRowBuffers<'_> {
@@ -404,8 +399,7 @@ impl TileRowBuffers<'_> {
         let (narrow, narrow_below) = split(self.narrow, pixels);
         let (pending_clear, pending_below) = split(self.pending_clear, rows);
         let (bytes, bytes_below) = split(self.bytes, pixels * 4);
-        let (pick, pick_below) = split(self.pick, pixels);
-        let (pick_clear, pick_clear_below) = split(self.pick_clear, rows);
+        let (pick, pick_below) = self.pick.split(rows, width);
         let below = TileRowBuffers {
             width,
             far,
@@ -414,9 +408,8 @@ impl TileRowBuffers<'_> {
             pending_clear: pending_below,
             bytes: bytes_below,
             pick: pick_below,
-            pick_clear: pick_clear_below,
         };
-        (TileRowBuffers { width, far, depth, narrow, pending_clear, bytes, pick, pick_clear }, below)
+        (TileRowBuffers { width, far, depth, narrow, pending_clear, bytes, pick }, below)
     }
 }
 
