@@ -36,10 +36,18 @@ impl Drawn {
     }
 }
 
+/// Returns a pick buffer that had a face at each pixel and was cleared: the clear is pending.
+pub fn cleared_pick_buffer(width: u32, height: u32) -> PickBuffer {
+    let mut ids = PickBuffer::new(width, height);
+    ids.ids_mut().fill([99, 77]);
+    ids.clear();
+    ids
+}
+
 fn draw(case: &Case, renderer: &mut Renderer, mut truth: Option<&mut TruthPicture>) -> Drawn {
     let (width, height, s) = (case.width, case.height, &case.settings);
     let mut memory = VideoMemory::new(width, height).unwrap();
-    let (mut depth, mut ids, mut stats) = (None, PickBuffer::new(width, height), DrawStats::default());
+    let (mut depth, mut ids, mut stats) = (None, cleared_pick_buffer(width, height), DrawStats::default());
     let mut target =
         Target { memory: &mut memory, depth: &mut depth, depth_format: case.format, ids: Some(&mut ids) };
     let mut options = SceneOptions::new(width, height);
@@ -175,7 +183,7 @@ fn stacked_faces_that_fill_tiles_look_as_if_drawn_one_by_one() {
     };
     let draw = |renderer: &mut Renderer| {
         let mut memory = VideoMemory::new(width, height).unwrap();
-        let (mut depth, mut ids) = (None, PickBuffer::new(width, height));
+        let (mut depth, mut ids) = (None, cleared_pick_buffer(width, height));
         let depth_format = DepthFormat::F32;
         let mut target = Target { memory: &mut memory, depth: &mut depth, depth_format, ids: Some(&mut ids) };
         let call =

@@ -3,7 +3,8 @@
 //!
 //! Guards against a batch drawn in another order, or with a neighbour's state.
 
-use fbptr::memory::{DepthFormat, PickBuffer, VideoMemory};
+use crate::fast_path::cleared_pick_buffer;
+use fbptr::memory::{DepthFormat, VideoMemory};
 use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, Renderer, SceneOptions, Target};
 use fbptr::scene::{Fog, FogKind, HiddenSurface, Material, Mesh, Object, Scene, ShadeMode, shapes};
 use fbptr::truth::scenes::{object, random};
@@ -16,7 +17,7 @@ type Picture = (Vec<u8>, Option<Vec<u32>>, Vec<Option<(u32, u32)>>, DrawStats);
 fn draw(renderer: &mut Renderer, scene: &Scene, hide: HiddenSurface, depth_format: DepthFormat) -> Picture {
     let (width, height) = (333, 190);
     let mut memory = VideoMemory::new(width, height).unwrap();
-    let (mut depth, mut ids) = (None, PickBuffer::new(width, height));
+    let (mut depth, mut ids) = (None, cleared_pick_buffer(width, height));
     let mut target = Target { memory: &mut memory, depth: &mut depth, depth_format, ids: Some(&mut ids) };
     let mut options = SceneOptions { hide, ..SceneOptions::new(width, height) };
     // A viewport that neither begins at the frame's corner nor lies inside of it.
@@ -124,7 +125,7 @@ fn draws_drawn_together_are_those_drawn_one_after_the_other() {
         let depth_format = formats[seed as usize % 4];
         let draw = |renderer: &mut Renderer, is_together: bool| {
             let mut memory = VideoMemory::new(width, height).unwrap();
-            let (mut depth, mut ids) = (None, PickBuffer::new(width, height));
+            let (mut depth, mut ids) = (None, cleared_pick_buffer(width, height));
             let mut target =
                 Target { memory: &mut memory, depth: &mut depth, depth_format, ids: Some(&mut ids) };
             let results = match is_together {

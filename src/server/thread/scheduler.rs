@@ -28,9 +28,9 @@ use std::time::{Duration, Instant};
 /// Capacity of the reply buffer that is kept after a connection has ended.
 const KEPT_REPLY_BYTES: usize = 64 << 10;
 
-/// Most bytes that are accepted from a connection with nothing queued, however little memory is
-/// left: a new client is answered while others hold all of it. They are a small part of the 64 KiB
-/// that each connection takes beside the budget.
+/// Most bytes of a connection that may always wait, however little memory is left: a new client is
+/// answered while others hold all of it. They are a small part of the 64 KiB that each connection
+/// takes beside the budget.
 const SHORT_REQUEST_BYTES: u64 = 4 << 10;
 
 /// Slice time after which interactive sockets are polled again, and how many are read at once.

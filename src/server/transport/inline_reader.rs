@@ -39,7 +39,7 @@ impl InlineReader {
     fn ask(&self) {
         match self.0.ask(None) {
             Ok(false) => {}
-            // It was meant for the poller's thread, which is about to sleep.
+            // It was meant for the poller's thread, which may be about to sleep.
             Ok(true) => self.0.selector.wake(),
             Err(e) => report(Trouble::Watching, format_args!("cannot ask for connections' bytes: {e}")),
         }
@@ -48,6 +48,9 @@ impl InlineReader {
     /// Wakes the poller's thread to read the queued sockets, because the render thread will not
     /// read for a while. Does nothing if only the connection `but_for`, which runs next, is queued.
     pub fn pass_on(&self, but_for: Option<u64>) {
+        if !self.0.is_asleep() {
+            return;
+        }
         let ready = lock(&self.0.ready);
         if ready.holds(|registered| Some(registered.id) != but_for && ready.may_read(registered)) {
             self.0.wake();
@@ -59,11 +62,11 @@ impl InlineReader {
         let message = match pooled {
             Some(pooled) => self.0.read(&registered, pooled, &mut None),
             None => {
-                let mut buffer = vec![0; FEW_BYTES];
+                let mut buffer = [0; FEW_BYTES];
                 match self.0.fill(&registered, &mut buffer) {
                     Err(message) => message,
                     Ok(filled) => {
-                        buffer.truncate(filled);
+                        let buffer = buffer[..filled].to_vec();
                         Some(Message::Bytes(registered.id, Batch { buffer, pooled: None, filled }))
                     }
                 }

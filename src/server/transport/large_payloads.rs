@@ -13,9 +13,9 @@
 //! read last would become slow, too, and each of them would add one more to those that are read.
 //!
 //! Each that becomes slow adds one to the number of payloads that are read at a time, and each that
-//! ends in time takes one away again. So `n` payloads whose senders stop are all slow after about
-//! `log2(n)` times [`PATIENCE`], and whatever the senders do, every payload that is being read when
-//! another begins to wait has ended or is slow after [`TOTAL_PATIENCE`].
+//! ends in time halves it. So `n` payloads whose senders stop are all slow after about `log2(n)`
+//! times [`PATIENCE`], and whatever the senders do, no payload waits for more than
+//! [`LONGEST_WAIT`].
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -30,8 +30,13 @@ const AT_ONCE: usize = 2;
 const PATIENCE: Duration = Duration::from_millis(20);
 /// Longest time for which others wait for a payload that is read.
 const TOTAL_PATIENCE: Duration = Duration::from_millis(200);
+/// Longest time for which a payload waits. 64 of 8 MB each arrive in less.
+const LONGEST_WAIT: Duration = Duration::from_millis(500);
+/// Longest time between two calls of [`LargePayloads::count`] that counts as time of an empty
+/// socket, if no thread was waiting for bytes of the sockets.
+const UNWATCHED: Duration = Duration::from_millis(1);
 
-/// A payload that is read.
+/// A payload that is read, and for whose end others wait.
 struct Active {
     number: u64,
     /// Set while its socket may have bytes.
@@ -53,8 +58,9 @@ impl Active {
 pub(super) struct LargePayloads {
     begun: u64,
     active: Vec<Active>,
-    /// The payloads that wait for an active one to end, with the flags of their sockets.
-    queued: BTreeMap<u64, Arc<AtomicBool>>,
+    /// The payloads that wait for an active one to end: the flags of their sockets, and the time
+    /// when each began.
+    queued: BTreeMap<u64, (Arc<AtomicBool>, Instant)>,
     /// Time up to which waiting is counted.
     counted_to: Instant,
     /// Number of payloads that are active at the same time, [`AT_ONCE`] or more.
@@ -72,46 +78,49 @@ impl LargePayloads {
         if self.queued.is_empty() {
             self.counted_to = now;
         }
-        self.count(|| now);
+        self.count(|| now, false);
         self.begun += 1;
-        self.queued.insert(self.begun, has_bytes);
-        self.admit();
+        self.queued.insert(self.begun, (has_bytes, now));
+        self.admit(now);
         self.begun
     }
 
     /// Removes a payload.
     pub fn end(&mut self, number: u64, now: Instant) {
-        self.count(|| now);
+        self.count(|| now, false);
         let before = self.active.len();
         self.active.retain(|active| active.number != number);
         if self.active.len() < before {
-            self.most_active = (self.most_active - 1).max(AT_ONCE);
+            self.most_active = (self.most_active / 2).max(AT_ONCE);
         }
         self.queued.remove(&number);
-        self.admit();
+        self.admit(now);
     }
 
-    /// Counts the time since the last call, if others wait. Must be called before a socket that was
-    /// empty has bytes.
-    pub fn count(&mut self, now: impl FnOnce() -> Instant) {
+    /// Counts the time since the last call, if others wait. Must be called before a flag of a socket
+    /// changes. `is_watched` tells whether a thread has waited for bytes of the sockets in all this
+    /// time: otherwise bytes may have come unseen.
+    pub fn count(&mut self, now: impl FnOnce() -> Instant, is_watched: bool) {
         if !self.is_any_queued() {
             return;
         }
         let now = now();
         let time = now.saturating_duration_since(self.counted_to);
         self.counted_to += time;
+        let empty = if is_watched { time } else { time.min(UNWATCHED) };
         for active in &mut self.active {
             active.total += time;
             if !active.has_bytes.load(Ordering::Relaxed) {
-                active.empty += time;
+                active.empty += empty;
             }
         }
     }
 
-    fn admit(&mut self) {
-        while self.active.len() < self.most_active
-            && let Some((number, has_bytes)) = self.queued.pop_first()
+    fn admit(&mut self, now: Instant) {
+        while let Some(oldest) = self.queued.first_entry()
+            && (self.active.len() < self.most_active || now >= oldest.get().1 + LONGEST_WAIT)
         {
+            let (number, (has_bytes, _)) = oldest.remove_entry();
             self.active.push(Active { number, has_bytes, empty: Duration::ZERO, total: Duration::ZERO });
         }
     }
@@ -123,7 +132,8 @@ impl LargePayloads {
 
     /// Returns whether this payload is active.
     pub fn is_active(&self, number: u64) -> bool {
-        self.active.iter().any(|active| active.number == number)
+        // They were admitted in order.
+        self.active.binary_search_by_key(&number, |active| active.number).is_ok()
     }
 
     /// Returns whether any payload waits.
@@ -136,20 +146,22 @@ impl LargePayloads {
         !self.queued.contains_key(&number)
     }
 
-    /// Returns the earliest time at which a payload may become slow, if others wait.
+    /// Returns the earliest time at which a payload that waits may be read, if some do and none
+    /// ends.
     pub fn deadline(&self) -> Option<Instant> {
+        let (_, (_, begun)) = self.queued.first_key_value()?;
         let left = self.active.iter().map(Active::time_left).min()?;
-        self.is_any_queued().then(|| self.counted_to + left)
+        Some((self.counted_to + left).min(*begun + LONGEST_WAIT))
     }
 
     /// Makes payloads slow for which others have waited too long.
     pub fn expire(&mut self, now: impl FnOnce() -> Instant) {
-        self.count(now);
+        self.count(now, false);
         if self.is_any_queued() {
             let before = self.active.len();
             self.active.retain(|active| active.time_left() > Duration::ZERO);
             self.most_active += before - self.active.len();
-            self.admit();
+            self.admit(self.counted_to);
         }
     }
 }
@@ -194,17 +206,20 @@ mod tests {
         }
 
         fn end(&mut self, number: u64, times: f64) {
-            self.payloads.end(number, self.at(times));
+            let now = self.at(times);
+            self.payloads.count(|| now, true);
+            self.payloads.end(number, now);
         }
 
         fn expire(&mut self, times: f64) {
             let now = self.at(times);
+            self.payloads.count(|| now, true);
             self.payloads.expire(|| now);
         }
 
         fn set_has_bytes(&mut self, number: usize, has_bytes: bool, times: f64) {
             let now = self.at(times);
-            self.payloads.count(|| now);
+            self.payloads.count(|| now, true);
             self.has_bytes[number - 1].store(has_bytes, Ordering::Relaxed);
         }
     }
@@ -239,8 +254,8 @@ mod tests {
             assert_eq!(test.payloads.deadline(), Some(test.at(time + 1.0)));
             assert!(!test.payloads.is_active(count / 3) && test.payloads.is_active(count));
         }
-        // Ends of slow and queued ones admit none, nor do those beyond the number of active ones
-        // that fell by one with each.
+        // Ends of slow and queued ones admit none, nor do those of active ones while there are more
+        // than the number that each of them halves.
         test.end(1, 3.1);
         test.end(40, 3.1);
         (15..=28).for_each(|number| test.end(number, 3.2));
@@ -251,21 +266,20 @@ mod tests {
 
     #[test]
     fn payloads_that_stop_do_not_prolong_the_wait_behind_those_that_end() {
-        // Halves of the patience until the last of 200 is read, if every `nth` one ends after one
+        // Halves of the patience until the last of 40 is read, if every `nth` one ends after one
         // half and the others stop.
         let halves = |nth: usize| {
-            let mut test = Test::new(200);
+            let mut test = Test::new(40);
             (1..).find(|half| {
                 let times = f64::from(*half) / 2.0;
-                let all = (1..=200).step_by(nth);
+                let all = (1..=40).step_by(nth);
                 let ended: Vec<u64> = all.filter(|n| test.payloads.is_active(*n)).collect();
                 ended.iter().for_each(|number| test.end(*number, times));
                 test.expire(times);
-                test.payloads.may_read(200)
+                test.payloads.may_read(40)
             })
         };
-        assert_eq!(halves(1), Some(99));
-        assert!(halves(2) <= Some(100) && halves(4) <= Some(20) && halves(200) <= Some(14));
+        assert_eq!([1, 2, 4, 40].map(halves), [Some(19), Some(20), Some(13), Some(8)]);
     }
 
     #[test]
@@ -306,5 +320,37 @@ mod tests {
         assert!(test.payloads.is_active(1));
         test.expire(total);
         assert!(!test.payloads.is_active(1));
+    }
+
+    #[test]
+    fn time_in_which_no_thread_watches_the_sockets_counts_little() {
+        let mut test = Test::new(3);
+        let now = test.at(9.0);
+        test.payloads.expire(|| now);
+        assert!(test.payloads.is_active(1), "bytes may have come unseen");
+        let count = PATIENCE.as_millis() / UNWATCHED.as_millis();
+        for _ in 1..count {
+            let now = test.payloads.counted_to + PATIENCE / 10;
+            test.payloads.expire(|| now);
+        }
+        assert!(!test.payloads.is_active(1));
+    }
+
+    #[test]
+    fn no_payload_waits_for_longer_than_the_longest_time() {
+        let mut test = Test::new(4);
+        let most = LONGEST_WAIT.as_secs_f64() / PATIENCE.as_secs_f64();
+        // Senders of whom each ends just in time: two at a time, for ever.
+        let mut times = 0.0;
+        while times < most {
+            assert_eq!(read(&test.payloads, 1..=4), [1, 2]);
+            [1, 2].iter().for_each(|number| test.set_has_bytes(*number, true, times));
+            test.payloads.active.iter_mut().for_each(|active| active.total = Duration::ZERO);
+            times += 1.0;
+            test.begin(1, times);
+        }
+        test.expire(most);
+        assert_eq!(read(&test.payloads, 1..=6), [1, 2, 3, 4], "the others began later");
+        assert!(test.payloads.deadline() <= Some(test.at(most + 1.0)));
     }
 }

@@ -46,6 +46,8 @@ pub(super) const FEW_BYTES: usize = 8 << 10;
 const MUCH_BYTES: usize = 64 << 10;
 /// Pause after an error of the selector.
 const PAUSE: Duration = Duration::from_millis(20);
+/// Shortest sleep that has a timeout.
+const SHORTEST: Duration = Duration::from_millis(1);
 
 /// State that the poller's thread and the render thread share.
 pub(super) struct Shared {
@@ -217,7 +219,7 @@ impl Return {
     pub fn begin(&self, life: Life) {
         lock(&self.shared.registered).insert(self.registered.id, (self.registered.clone(), life));
         // Earlier reports of the selector found no registered connection.
-        self.shared.note_change(&self.registered);
+        self.shared.note_change(&self.registered, false);
         self.shared.wake();
     }
 
@@ -253,6 +255,11 @@ impl Return {
 }
 
 impl Shared {
+    /// Returns whether the thread sleeps. If not, it looks into the queue before it does.
+    pub(super) fn is_asleep(&self) -> bool {
+        self.is_asleep.load(Ordering::Relaxed)
+    }
+
     /// Wakes the thread if it sleeps.
     pub(super) fn wake(&self) {
         if self.is_asleep.swap(false, Ordering::Relaxed) {
@@ -277,10 +284,10 @@ impl Shared {
     }
 
     /// Notes that the selector has reported a socket: it is readable, or may be.
-    fn note_change(&self, registered: &Arc<Registered>) {
+    /// `is_watched` tells whether the selector has been asked since the last report.
+    fn note_change(&self, registered: &Arc<Registered>, is_watched: bool) {
         let mut backpressure = lock(&registered.backpressure);
-        // Until now it was empty.
-        lock(&self.ready).large.count(Instant::now);
+        lock(&self.ready).large.count(Instant::now, is_watched);
         backpressure.has_bytes.store(true, Ordering::Relaxed);
         registered.changes.fetch_add(1, Ordering::Release);
         self.offer(registered, &mut backpressure);
@@ -291,7 +298,8 @@ impl Shared {
         let is_ended = backpressure.is_over || backpressure.is_at_end;
         let is_within = backpressure.is_within_payload() && !is_ended;
         let since = registered.payload_since.load(Ordering::Relaxed);
-        if is_within == (since > 0) {
+        // A pipe has a thread of its own, and waits for nobody.
+        if is_within == (since > 0) || registered.socket.is_none() {
             return;
         }
         let mut ready = lock(&self.ready);
@@ -350,14 +358,15 @@ impl Shared {
         let mut locked = None;
         let notify = |id| {
             if let Some((registered, _)) = locked.get_or_insert_with(|| lock(&self.registered)).get(&id) {
-                self.note_change(registered);
+                self.note_change(registered, sleep.is_some());
             }
         };
-        match sleep {
+        match &sleep {
             None => self.selector.look(notify),
             Some(Sleep { until }) => {
-                let timeout = until.map(|until| until.saturating_duration_since(Instant::now()));
-                self.selector.wait(timeout, notify)
+                // A sleep of no time would be none.
+                let left = |until: Instant| until.saturating_duration_since(Instant::now()).max(SHORTEST);
+                self.selector.wait(until.map(left), notify)
             }
         }
     }
@@ -379,6 +388,7 @@ impl Shared {
             };
             let asked = self.ask(Some(sleep));
             self.is_asleep.store(false, Ordering::Relaxed);
+            lock(&self.ready).large.count(Instant::now, true);
             asked?;
             if self.is_ending.load(Ordering::Acquire) && lock(&self.registered).is_empty() {
                 return Ok(None);
@@ -430,6 +440,9 @@ impl Shared {
         }
         if state == SocketState::Empty {
             let backpressure = lock(&registered.backpressure);
+            if registered.payload_since.load(Ordering::Relaxed) > 0 {
+                lock(&self.ready).large.count(Instant::now, false);
+            }
             let has_changed = registered.changes.load(Ordering::Acquire) != changes;
             backpressure.has_bytes.store(has_changed, Ordering::Relaxed);
         }

@@ -39,7 +39,8 @@ impl<T: Member> ReadyQueue<T> {
 
     /// Adds a readable socket.
     pub fn push(&mut self, member: T) {
-        match member.is_interactive() {
+        // Within a payload that waits, it waits, however short its last read was.
+        match member.is_interactive() && self.may_read(&member) {
             true => self.interactive.push_back(member),
             false => self.throughput.push_back(member),
         }
