@@ -182,6 +182,36 @@ mod tests {
     }
 
     #[test]
+    fn a_ray_on_the_border_of_a_box_meets_it_and_one_beside_it_does_not() {
+        // From the origin, where the margin of rounding is zero, along axis 0.
+        let meets = |low: [f64; 3], high: [f64; 3], target: LightTarget<3>| {
+            let bvh = Bvh { nodes: vec![Node { low, high, at: 0, count: 1 }], order: vec![0] };
+            bvh.find(&[0.0; 3], &target, |_| true).is_some()
+        };
+        let sun = || LightTarget::Sun { direction: [-1.0, 0.0, 0.0] };
+        let lamp = || LightTarget::Radial { position: [2.0, 0.0, 0.0] };
+        let least = f64::MIN_POSITIVE;
+        let borders = [(0.0, 1.0, true), (-1.0, 0.0, true), (least, 1.0, false), (-1.0, -least, false)];
+        for (low, high, is_met) in borders {
+            let [first, second] = [[1.0, low, -1.0], [1.0, -1.0, low]];
+            let [first_end, second_end] = [[3.0, high, 1.0], [3.0, 1.0, high]];
+            assert_eq!(meets(first, first_end, sun()), is_met, "{low} to {high} along axis 1");
+            assert_eq!(meets(second, second_end, sun()), is_met, "{low} to {high} along axis 2");
+        }
+        let along = [
+            (2.0, 2.0, [true, true]),
+            (2.0, 3.0, [true, true]),
+            (2.0 + 1e-9, 3.0, [true, false]),
+            (-1.0, 0.0, [true, true]),
+            (-1.0, -least, [false, false]),
+        ];
+        for (low, high, is_met) in along {
+            let (low, high) = ([low, -1.0, -1.0], [high, 1.0, 1.0]);
+            assert_eq!([sun(), lamp()].map(|target| meets(low, high, target)), is_met, "{low:?} to {high:?}");
+        }
+    }
+
+    #[test]
     fn what_lies_on_the_way_is_tested_and_little_else() {
         let places = (0..216u32).map(|k| [k % 6, k / 6 % 6, k / 36].map(f64::from));
         let all: Vec<Occluder<3>> =
