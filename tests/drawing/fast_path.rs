@@ -31,15 +31,19 @@ impl Drawn {
         let pixels = 0..(width * height) as usize;
         let depth = self.depth.as_ref().map(|d| pixels.clone().map(|i| d.word(i)).collect());
         let at = |i: usize| ((i as u32 % width) as i32, (i as u32 / width) as i32);
-        let ids = pixels.map(at).map(|(x, y)| self.ids.get(x, y)).collect();
+        let ids: Vec<_> = pixels.map(at).map(|(x, y)| self.ids.get(x, y)).collect();
+        assert!(!ids.contains(&Some(CLEARED_FACE)), "a clear of the pick buffer is lost");
         (self.memory.bytes(), depth, ids)
     }
 }
 
+/// Name and triangle that a cleared pick buffer had at each pixel.
+pub const CLEARED_FACE: (u32, u32) = (9_999, 7_777_777);
+
 /// Returns a pick buffer that had a face at each pixel and was cleared: the clear is pending.
 pub fn cleared_pick_buffer(width: u32, height: u32) -> PickBuffer {
     let mut ids = PickBuffer::new(width, height);
-    ids.ids_mut().fill([99, 77]);
+    ids.ids_mut().fill([CLEARED_FACE.0, CLEARED_FACE.1]);
     ids.clear();
     ids
 }

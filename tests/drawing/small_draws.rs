@@ -3,7 +3,7 @@
 //!
 //! Guards against a batch drawn in another order, or with a neighbour's state.
 
-use crate::fast_path::cleared_pick_buffer;
+use crate::fast_path::{CLEARED_FACE, cleared_pick_buffer};
 use fbptr::memory::{DepthFormat, VideoMemory};
 use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, Renderer, SceneOptions, Target};
 use fbptr::scene::{Fog, FogKind, HiddenSurface, Material, Mesh, Object, Scene, ShadeMode, shapes};
@@ -25,7 +25,9 @@ fn draw(renderer: &mut Renderer, scene: &Scene, hide: HiddenSurface, depth_forma
     let stats = renderer.draw_scene(&mut target, scene, &options).unwrap();
     let depth = depth.map(|d| (0..(width * height) as usize).map(|i| d.word(i)).collect());
     let at = |i: u32| ids.get((i % width) as i32, (i / width) as i32);
-    (memory.bytes().to_vec(), depth, (0..width * height).map(at).collect(), stats)
+    let ids: Vec<_> = (0..width * height).map(at).collect();
+    assert!(!ids.contains(&Some(CLEARED_FACE)), "a clear of the pick buffer is lost");
+    (memory.bytes().to_vec(), depth, ids, stats)
 }
 
 fn of_threads(threads: usize) -> Renderer {
