@@ -209,4 +209,14 @@ mod tests {
         assert_eq!(turns(&mut ready, 8), "abcabcab");
         assert_eq!(ready.readable(), 4);
     }
+
+    #[test]
+    fn a_short_read_within_a_payload_that_waits_brings_no_turn() {
+        let (mut ready, later) = with_payloads(3);
+        ready.push(Named('c', Rc::new(Cell::new(3)), true));
+        assert!(ready.next_interactive().is_none() && ready.next().is_none());
+        assert_eq!((ready.len(), ready.readable()), (1, 0));
+        ready.large.end(1, later);
+        assert_eq!((ready.readable(), ready.next().unwrap().0), (1, 'c'));
+    }
 }
