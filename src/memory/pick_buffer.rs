@@ -32,19 +32,7 @@ pub(crate) struct PickCells<'a> {
     pub row_words: usize,
 }
 
-impl<'a> PickCells<'a> {
-    /// Returns rows `rows` of a buffer of `width` columns; nothing of an empty one.
-    pub fn rows(self, rows: std::ops::Range<usize>, width: usize) -> Self {
-        fn part<T>(all: &mut [T], rows: std::ops::Range<usize>, columns: usize) -> &mut [T] {
-            if all.is_empty() { all } else { &mut all[rows.start * columns..rows.end * columns] }
-        }
-        PickCells {
-            ids: part(self.ids, rows.clone(), width),
-            pending_clear: part(self.pending_clear, rows, self.row_words),
-            row_words: self.row_words,
-        }
-    }
-
+impl PickCells<'_> {
     /// Splits a buffer of `width` columns into the first rows and the others; an empty one into two
     /// empty ones.
     pub fn split(self, rows: usize, width: usize) -> (Self, Self) {
@@ -97,6 +85,12 @@ impl PickBuffer {
     /// Returns the size of the buffer in bytes.
     pub fn size_bytes(&self) -> usize {
         std::mem::size_of_val(&*self.ids)
+    }
+
+    /// Returns the bytes that a buffer of this size takes, with the bits of its pending clears.
+    pub(crate) fn bytes_for(width: u32, height: u32) -> u64 {
+        let words = width.div_ceil(STRIP_CELL as u32 * u128::BITS);
+        u64::from(height) * (u64::from(width) * 8 + u64::from(words) * 16)
     }
 
     /// Removes every face.

@@ -17,9 +17,6 @@ use std::sync::Arc;
 /// Memory of a name in the tables of object names, in bytes without its letters.
 const NAME_BYTES: u64 = 96;
 
-/// Memory of a pixel in the pick buffer, in bytes.
-const ID_BYTES: u64 = 8;
-
 /// Number of names at which those that no pixel refers to are removed.
 const MAX_ID_NAMES: usize = 1 << 16;
 
@@ -118,7 +115,7 @@ impl EngineFrame {
     /// Reserves memory for the depth and pick buffers that a draw will allocate.
     pub fn reserve_target(&mut self, hide: HiddenSurface) -> Result<(), OverBudget> {
         if self.ids.is_none() {
-            self.ids_held.try_cover(self.area() * ID_BYTES)?;
+            self.ids_held.try_cover(PickBuffer::bytes_for(self.width(), self.height()))?;
         }
         if self.depth.is_none() && hide == HiddenSurface::ZBuffer {
             // Each row has one word of cells whose clear is pending.

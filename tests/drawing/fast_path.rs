@@ -152,6 +152,47 @@ fn random_scenes_are_right_and_alike_on_every_machine() {
     assert!(fragments[0] * 1000 <= fragments[1], "{fragments:?}");
 }
 
+/// A frame of several words of pending clears a row, drawn from a row on where no tile of the
+/// frame's own begins: each pixel has the face that the plain path picks.
+#[test]
+fn faces_of_a_wide_frame_are_picked_as_by_the_plain_path() {
+    let (width, height) = (4_500, 90);
+    let mut mesh = Mesh::default();
+    for face in 0..70u32 {
+        let at = DVec3::new(f64::from(face) / 35.0 - 1.0, 0.9 - f64::from(face * 13 % 19) / 10.0, 0.0);
+        for corner in [DVec3::ZERO, DVec3::new(0.06, 0.1, 0.0), DVec3::new(-0.01, 0.7, 0.0)] {
+            mesh.positions.push(at + corner - DVec3::Z * (0.1 + f64::from(face * 31 % 70) / 100.0));
+        }
+        let corners =
+            [0, 1, 2].map(|k| Corner { position: face * 3 + k, normal: NONE, texcoord: NONE, color: NONE });
+        mesh.push_polygon(&corners, NONE);
+    }
+    let geometry = Geometry { mesh, textures: Vec::new() };
+    let material = Material::default();
+    let camera = Camera {
+        look_at: LookAt { eye: DVec3::ZERO, reference: -DVec3::Z, up: DVec3::Y },
+        projection: Projection::Ortho { window: [-1.0, 1.0, -1.0, 1.0], near: 0.0, far: 1.0 },
+    };
+    let picked = |renderer: &mut Renderer| {
+        let mut memory = VideoMemory::new(width, height).unwrap();
+        let (mut depth, mut ids) = (None, cleared_pick_buffer(width, height));
+        let depth_format = DepthFormat::F32;
+        let mut target = Target { memory: &mut memory, depth: &mut depth, depth_format, ids: Some(&mut ids) };
+        let mut call = DrawCall { camera, name: 5, ..DrawCall::new(&geometry, &material, width, height) };
+        (call.viewport.y, call.viewport.height) = (9, height - 9);
+        renderer.draw(&mut target, &call).unwrap();
+        let at = |i: u32| ids.get((i % width) as i32, (i / width) as i32);
+        (0..width * height).map(at).collect::<Vec<_>>()
+    };
+    let plain =
+        picked(&mut Renderer::new(RenderOptions { path: RenderPath::Plain, ..RenderOptions::default() }));
+    let right = plain[..].chunks(width as usize).filter(|row| row[4_000..].iter().any(Option::is_some));
+    assert!(right.count() > 40 && plain.iter().filter(|id| id.is_none()).count() > 100_000);
+    for (level, threads) in [(Level::Portable, 1), (Level::best(), 1), (Level::best(), 3)] {
+        assert!(picked(&mut with(level, threads)) == plain, "{level:?} on {threads} threads");
+    }
+}
+
 /// Many faces that fill the frame at all slants, through each other: drawn as by the plain path,
 /// one by one.
 #[test]

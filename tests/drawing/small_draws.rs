@@ -137,6 +137,7 @@ fn draws_drawn_together_are_those_drawn_one_after_the_other() {
             let depth = depth.map(|d| (0..(width * height) as usize).map(|i| d.word(i)).collect::<Vec<_>>());
             let at = |i: u32| ids.get((i % width) as i32, (i / width) as i32);
             let picked: Vec<_> = (0..width * height).map(at).collect();
+            assert!(!picked.contains(&Some(CLEARED_FACE)), "a clear of the pick buffer is lost");
             (memory.bytes().to_vec(), depth, picked, results)
         };
         let mut alone = Renderer::default();

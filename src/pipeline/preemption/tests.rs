@@ -59,12 +59,16 @@ fn outcome(
     draw: impl Fn(&mut Renderer, &mut Target) -> DrawStats,
 ) -> Outcome {
     let (mut memory, mut depth) = (VideoMemory::new(width, height).unwrap(), None);
+    // Its clear is pending.
     let mut ids = PickBuffer::new(width, height);
+    ids.ids_mut().fill([u32::MAX - 1; 2]);
+    ids.clear();
     memory.take_damage();
     let mut target =
         Target { memory: &mut memory, depth: &mut depth, depth_format: format, ids: Some(&mut ids) };
     let stats = draw(renderer, &mut target);
     let damage = memory.take_damage();
+    assert!(!ids.ids_mut().contains(&[u32::MAX - 1; 2]), "a clear of the pick buffer is lost");
     let depth = depth.iter().flat_map(|d| (0..(width * height) as usize).map(|i| d.word(i)));
     Outcome {
         depths: depth.collect(),

@@ -122,7 +122,7 @@ pub(crate) fn for_each_tile_row(
         narrow: &mut depth.narrow[narrow_range],
         pending_clear: &mut depth.pending_clear[rows],
         bytes: &mut frame.bytes[pixels.start * 4..pixels.end * 4],
-        pick: frame.pick.rows(top..bottom, width),
+        pick: frame.pick.split(bottom, width).0.split(top, width).1,
     };
     let work = |band: usize, mut buffers: TileRowBuffers<'_>| {
         let mut ids = IDS.take().unwrap_or_else(|| Box::new(AtLine([NO_FACE; _])));

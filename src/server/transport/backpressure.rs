@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Number of missing bytes from which a payload is large.
 const LARGE_BYTES: usize = 1 << 20;
@@ -44,6 +44,11 @@ impl Backpressure {
     /// Returns the number of batches in flight.
     pub fn in_flight(&self) -> usize {
         self.in_flight.len()
+    }
+
+    /// Returns whether the socket may have bytes and no thread has it.
+    pub fn is_free(&self) -> bool {
+        self.has_bytes.load(Ordering::Relaxed) && !self.is_taken && !self.is_at_end
     }
 
     /// Returns whether it may be read: fewer batches than the limit are in flight, or its bytes are

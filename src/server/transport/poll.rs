@@ -219,7 +219,7 @@ impl Return {
     pub fn begin(&self, life: Life) {
         lock(&self.shared.registered).insert(self.registered.id, (self.registered.clone(), life));
         // Earlier reports of the selector found no registered connection.
-        self.shared.note_change(&self.registered, false);
+        self.shared.note_change(&self.registered);
         self.shared.wake();
     }
 
@@ -270,27 +270,19 @@ impl Shared {
     /// Puts a socket into the ready queue, if it is readable, may be read, and no thread has it.
     /// Returns whether it was put there and does not wait for the payloads of others.
     fn offer(&self, registered: &Arc<Registered>, backpressure: &mut Backpressure) -> bool {
-        let has_bytes = backpressure.has_bytes.load(Ordering::Relaxed);
-        if !has_bytes || backpressure.is_taken || backpressure.is_at_end {
-            return false;
-        }
-        let mut ready = lock(&self.ready);
-        if !backpressure.may_read(ready.large.is_any_active()) {
-            return false;
-        }
-        backpressure.is_taken = true;
-        ready.push(registered.clone());
-        ready.may_read(registered)
+        backpressure.is_free() && put_into(&mut lock(&self.ready), registered, backpressure)
     }
 
     /// Notes that the selector has reported a socket: it is readable, or may be.
-    /// `is_watched` tells whether the selector has been asked since the last report.
-    fn note_change(&self, registered: &Arc<Registered>, is_watched: bool) {
+    fn note_change(&self, registered: &Arc<Registered>) {
         let mut backpressure = lock(&registered.backpressure);
-        lock(&self.ready).large.count(Instant::now, is_watched);
+        let mut ready = lock(&self.ready);
+        ready.large.count(Instant::now);
         backpressure.has_bytes.store(true, Ordering::Relaxed);
         registered.changes.fetch_add(1, Ordering::Release);
-        self.offer(registered, &mut backpressure);
+        if backpressure.is_free() {
+            put_into(&mut ready, registered, &mut backpressure);
+        }
     }
 
     /// Numbers the large payload that a connection has begun, or clears the number at its end.
@@ -358,10 +350,10 @@ impl Shared {
         let mut locked = None;
         let notify = |id| {
             if let Some((registered, _)) = locked.get_or_insert_with(|| lock(&self.registered)).get(&id) {
-                self.note_change(registered, sleep.is_some());
+                self.note_change(registered);
             }
         };
-        match &sleep {
+        match sleep {
             None => self.selector.look(notify),
             Some(Sleep { until }) => {
                 // A sleep of no time would be none.
@@ -379,16 +371,17 @@ impl Shared {
         loop {
             let sleep = {
                 let mut ready = lock(&self.ready);
+                ready.large.watch(Instant::now, false);
                 self.buffers.set_ready(ready.readable());
                 if let Some(next) = ready.next() {
                     return Ok(Some(next));
                 }
                 self.is_asleep.store(true, Ordering::Relaxed);
+                ready.large.watch(Instant::now, true);
                 Sleep { until: ready.large.deadline() }
             };
             let asked = self.ask(Some(sleep));
             self.is_asleep.store(false, Ordering::Relaxed);
-            lock(&self.ready).large.count(Instant::now, true);
             asked?;
             if self.is_ending.load(Ordering::Acquire) && lock(&self.registered).is_empty() {
                 return Ok(None);
@@ -441,7 +434,7 @@ impl Shared {
         if state == SocketState::Empty {
             let backpressure = lock(&registered.backpressure);
             if registered.payload_since.load(Ordering::Relaxed) > 0 {
-                lock(&self.ready).large.count(Instant::now, false);
+                lock(&self.ready).large.count(Instant::now);
             }
             let has_changed = registered.changes.load(Ordering::Acquire) != changes;
             backpressure.has_bytes.store(has_changed, Ordering::Relaxed);
@@ -475,6 +468,21 @@ impl Shared {
         };
         Some(Message::Bytes(registered.id, batch))
     }
+}
+
+/// Puts a free socket into the ready queue, if it may be read. Returns whether it was put there and
+/// does not wait for the payloads of others.
+fn put_into(
+    ready: &mut ReadyQueue<Arc<Registered>>,
+    registered: &Arc<Registered>,
+    backpressure: &mut Backpressure,
+) -> bool {
+    if !backpressure.may_read(ready.large.is_any_active()) {
+        return false;
+    }
+    backpressure.is_taken = true;
+    ready.push(registered.clone());
+    ready.may_read(registered)
 }
 
 /// Returns the number of bytes of a message.
