@@ -11,7 +11,7 @@ use super::render_args::RenderArgs;
 use super::scene_file;
 use super::trace::TraceAt;
 use super::web::{PreparedWeb, WebArgs, WebPage};
-use super::{FrameSize, Status, say, say_as_program, signals};
+use super::{FrameSize, Status, say_as_program, signals};
 use crate::command::EndOfInput;
 use crate::load::SandboxDir;
 use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
@@ -444,10 +444,12 @@ fn notices(name: String, has_failed: Arc<AtomicBool>) -> impl FnMut(Notice) + Se
     move |notice| match notice {
         Notice::Refused(refused) => {
             has_failed.store(true, Ordering::Release);
-            say(&refused.play_line(&name));
+            say_as_program(refused.play_line(&name));
         }
         Notice::Warning(warning) => say_as_program(warning),
-        Notice::Remark { place, verb, text } => say(&format!("{name}:{}: {verb}: {text}", place.line)),
+        Notice::Remark { place, verb, text } => {
+            say_as_program(format_args!("{name}:{}: {verb}: {text}", place.line))
+        }
     }
 }
 

@@ -198,7 +198,13 @@ fn read_bytes(
             meta.len()
         )));
     }
-    let format = format.ok_or_else(|| SceneError::NoFile(format!("{name}: expected {EXPECTED}")))?;
+    let format = format.ok_or_else(|| {
+        let stream = match ending(path) == "fbs" {
+            true => format!("; `fbptr play {name} --headless --snap picture.png` plays a stream of commands"),
+            false => String::new(),
+        };
+        SceneError::NoFile(format!("{name}: expected {EXPECTED}{stream}"))
+    })?;
     let held = memory.work(meta.len()).map_err(|e| SceneError::Refused(format!("{name}: {e}")))?;
     Ok((format, std::fs::read(path).map_err(no_file)?, held))
 }

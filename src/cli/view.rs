@@ -2,11 +2,12 @@
 
 use super::frame_clock::FrameClock;
 use super::mesh_args::MeshArgs;
+use super::play::size_of_stream;
 use super::render_args::RenderArgs;
 use super::scene_file::{self, ReadOptions, SceneError, SceneFile, Watch};
 use super::view_web::ViewerPage;
 use super::web::WebArgs;
-use super::{FrameSize, Status, say, say_as_program, signals};
+use super::{FrameSize, Status, say_as_program, signals};
 use crate::executor::Executor;
 use crate::load::SandboxDir;
 use crate::save::{self, Movie, MovieFormat};
@@ -130,10 +131,11 @@ impl ViewArgs {
         let budget = self.drawing.budget();
         let mut watch = Watch::new(&self.drawing.reading_budget(&budget));
         let model = self.read(&mut watch, None)?;
-        let [width, height] = match self.size {
-            Some(FrameSize { width, height }) => [width, height],
-            None => Viewer::frame_size(&model, self.is_studio()),
-        };
+        let [width, height] =
+            match self.size.map_or_else(|| self.stated_size(&model), |size| Ok(Some(size)))? {
+                Some(FrameSize { width, height }) => [width, height],
+                None => Viewer::frame_size(&model, self.is_studio()),
+            };
         Limits::default().check_frame(width, height).map_err(|e| bad(e.message))?;
         let model = match model {
             // The stream's engine needs the frame's size, which depends on the model.
@@ -164,7 +166,7 @@ impl ViewArgs {
         let page = web.map(|web| ViewerPage::start(web, &viewer)).transpose().map_err(bad)?;
         let is_shown = self.show(&mut viewer, movie, watch, page)?;
         let errors = viewer.take_errors(&self.file.display().to_string());
-        errors.iter().for_each(|line| say(line));
+        errors.iter().for_each(say_as_program);
         if let Some(path) = &self.snap {
             save::to_path(viewer.shown(), path).map_err(|e| SceneError::Refused(e.to_string()))?;
         }
@@ -195,6 +197,7 @@ impl ViewArgs {
             let limits = Limits { memory_bytes: drawing.memory_bytes(), ..Limits::default() };
             let limits = limits.for_frame(width, height);
             let mut engine = Engine::with_limits(width, height, limits).map_err(|e| e.message)?;
+            engine.take_size();
             engine.set_renderer(crate::pipeline::Renderer::new(renderer.options().clone()));
             if let Some(path) = &load_dir {
                 engine.set_load_dir(SandboxDir::open(path).map_err(|e| format!("{}: {e}", path.display()))?);
@@ -202,6 +205,12 @@ impl ViewArgs {
             Ok(engine)
         };
         Ok(Model::Stream(bytes, Arc::new(make)))
+    }
+
+    /// Returns the frame size that a stream states, as `play` takes it.
+    fn stated_size(&self, model: &Model) -> Result<Option<FrameSize>, SceneError> {
+        let Model::Stream(bytes, _) = model else { return Ok(None) };
+        size_of_stream(bytes).map_err(|e| SceneError::NoFile(format!("{}: {e}", self.file.display())))
     }
 
     /// Shows the viewer in a window, in the browser, or draws its frames without one. Returns whether

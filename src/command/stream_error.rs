@@ -124,8 +124,8 @@ pub fn format_fault(place: StreamPosition, verb: &str, fault: &Fault) -> String 
     format_error(place, verb, fault.code, &fault.message, fault.token.as_ref().map(String::as_bytes))
 }
 
-/// Formats `FILE:LINE: CODE VERB: message, got "token"`, without LF: the line that `play` writes to
-/// stderr. The file's name is not escaped.
+/// Formats `FILE:LINE: CODE VERB: message, got "token"`, without LF: what `play` writes to
+/// stderr after the program's name. The file's name is not escaped.
 pub fn format_play_error(
     file: &str,
     place: StreamPosition,

@@ -32,6 +32,8 @@ mod message;
 mod metrics;
 #[cfg(feature = "server")]
 mod on_present;
+#[cfg(feature = "cli")]
+mod playback;
 #[cfg(feature = "server")]
 mod player;
 mod read_files;
@@ -83,6 +85,8 @@ pub use message::Finish;
 pub use metrics::{Metrics, MetricsBoard, MetricsServer, Reading, VerbCounts};
 #[cfg(feature = "server")]
 pub use on_present::OnPresent;
+#[cfg(feature = "cli")]
+pub(crate) use playback::Playback;
 #[cfg(feature = "server")]
 pub use player::Player;
 #[cfg(feature = "server")]

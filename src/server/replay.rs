@@ -12,6 +12,7 @@ use super::session::{Audience, FileAccess};
 use super::stream::{CommandError, Notice, Output, Resume, Stream, StreamState, feed_parts};
 use crate::command::{EndOfInput, StreamPosition};
 use crate::error::{Code, Fault};
+use crate::scene::Camera;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -33,6 +34,8 @@ pub(in crate::server) struct Replay {
     has_failed: bool,
     /// Number of commands of the streams that have ended.
     commands: u64,
+    /// Camera of the connection whose commands ran last.
+    camera: Camera,
 }
 
 /// The part of the recording that the next byte belongs to.
@@ -75,6 +78,7 @@ impl Replay {
             contents: HashMap::new(),
             has_failed: false,
             commands: 0,
+            camera: Camera::default(),
         }
     }
 
@@ -151,7 +155,11 @@ impl Replay {
     ) -> (usize, StreamState) {
         let first_notice = out.notices.len();
         let (taken, state) = match self.streams.get_mut(&connection) {
-            Some(stream) => stream.feed(engine, piece, out, budget),
+            Some(stream) => {
+                let fed = stream.feed(engine, piece, out, budget);
+                self.camera = stream.session().camera;
+                fed
+            }
             None => (piece.len(), StreamState::Ready),
         };
         self.place_notices(&mut out.notices[first_notice..]);
@@ -283,6 +291,11 @@ impl Replay {
     /// Returns the number of commands that were run or refused.
     pub fn commands(&self) -> u64 {
         self.commands + self.streams.values().map(|s| s.session().stats.commands).sum::<u64>()
+    }
+
+    /// Returns the camera of the connection whose commands ran last.
+    pub fn camera(&self) -> Camera {
+        self.camera
     }
 
     /// Ends the input. Refuses a recording that is not complete, after its commands have run.

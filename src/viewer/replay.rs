@@ -1,4 +1,4 @@
-//! Command streams in the viewer: replayed with the viewer's overrides, up to the shown frame.
+//! Command streams and recordings in the viewer: replayed with the viewer's overrides, up to the shown frame.
 //!
 //! A frame is the picture at a `PRESENT`; a stream without one is one frame. When the overrides
 //! change or time goes back, the stream is replayed from its beginning on a new engine, so every
@@ -7,19 +7,19 @@
 use super::Wishes;
 use super::difference::{Difference, Work};
 use super::frame::ViewerFrame;
-use crate::command::{Command, EndOfInput};
+use crate::command::Command;
 use crate::memory::VideoMemory;
 use crate::pipeline::{RenderOptions, RenderPath, Renderer};
 use crate::scene::{Camera, QualityUse, ViewOverrides};
 use crate::server::{
-    Audience, Budget, CommandError, Engine, Notice, Output, Pace, Session, Stream, StreamState,
+    Audience, Budget, CommandError, Engine, Notice, Output, Pace, Playback, Session, StreamState,
 };
 use std::sync::Arc;
 
 /// Factory of the engine that a stream is played on.
 pub type MakeEngine = Arc<dyn Fn() -> Result<Engine, String> + Send + Sync>;
 
-/// A stream, and the state of its replay.
+/// A stream or recording, and the state of its replay.
 pub(super) struct Replay {
     bytes: Arc<[u8]>,
     make_engine: MakeEngine,
@@ -32,10 +32,10 @@ pub(super) struct Replay {
     last_frame: Option<u64>,
 }
 
-/// A stream on its engine.
+/// A stream or recording on its engine.
 pub(super) struct Playing {
     engine: Engine,
-    stream: Stream,
+    playback: Playback,
     view_overrides: ViewOverrides,
     used: usize,
     has_ended: bool,
@@ -43,8 +43,9 @@ pub(super) struct Playing {
 }
 
 impl Playing {
-    /// Creates an engine on which nothing was played yet.
+    /// Creates an engine on which nothing of `bytes` was played yet.
     pub fn new(
+        bytes: &[u8],
         make_engine: &MakeEngine,
         view_overrides: ViewOverrides,
         path: RenderPath,
@@ -54,9 +55,8 @@ impl Playing {
             engine.set_renderer(Renderer::new(RenderOptions { path, ..RenderOptions::default() }));
         }
         engine.set_view_overrides(view_overrides);
-        engine.open(1);
-        let stream = Stream::new(&engine, 1, Audience::Owner);
-        Ok(Playing { engine, stream, view_overrides, used: 0, has_ended: false, errors: Vec::new() })
+        let playback = Playback::new(&mut engine, bytes);
+        Ok(Playing { engine, playback, view_overrides, used: 0, has_ended: false, errors: Vec::new() })
     }
 
     /// Plays until `frames` frames were presented, or to the end.
@@ -67,11 +67,11 @@ impl Playing {
             let state = match self.used < bytes.len() {
                 true => {
                     let (taken, state) =
-                        self.stream.feed(&mut self.engine, &bytes[self.used..], &mut out, budget);
+                        self.playback.feed(&mut self.engine, &bytes[self.used..], &mut out, budget);
                     self.used += taken;
                     state
                 }
-                false => self.stream.finish(&mut self.engine, EndOfInput::File, &mut out),
+                false => self.playback.finish(&mut self.engine, &mut out),
             };
             self.has_ended = state == StreamState::Ended;
             // Replies have no reader here.
@@ -131,7 +131,7 @@ impl Replay {
 
     /// Returns the author's camera at the current position of the stream.
     pub fn given_camera(&self) -> Camera {
-        self.playing.as_ref().map_or_else(Camera::default, |p| p.stream.session().camera)
+        self.playing.as_ref().map_or_else(Camera::default, |p| p.playback.camera())
     }
 
     /// Returns whether anything three-dimensional was drawn.
@@ -148,7 +148,7 @@ impl Replay {
         let fits = |p: &Playing| p.view_overrides == view_overrides && is_before(p);
         let mut playing = match self.playing.take().filter(fits) {
             Some(playing) => playing,
-            None => Playing::new(&self.make_engine, view_overrides, RenderPath::Fast)?,
+            None => Playing::new(&self.bytes, &self.make_engine, view_overrides, RenderPath::Fast)?,
         };
         playing.play_to(&self.bytes, requested);
         if playing.has_ended {
@@ -189,7 +189,7 @@ impl Replay {
         let view_overrides = ViewOverrides { quality: QualityUse::Exact, ..wishes.view_overrides() };
         let (requested, found) = (wishes.frame + 1, frame.memory.bytes().to_vec());
         Box::new(move || {
-            let mut playing = Playing::new(&make_engine, view_overrides, RenderPath::Plain)?;
+            let mut playing = Playing::new(&bytes, &make_engine, view_overrides, RenderPath::Plain)?;
             playing.play_to(&bytes, requested);
             Ok(Difference::of_bytes(&found, playing.engine.memory().bytes()))
         })

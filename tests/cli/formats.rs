@@ -1,4 +1,4 @@
-//! glTF, STL and PLY files on the command line.
+//! glTF, STL and PLY files on the command line, and streams of commands as `view` shows them.
 
 use crate::play::{Folder, err, run};
 use std::io::Write;
@@ -93,4 +93,33 @@ fn frames_of_an_n_dimensional_scene_that_does_not_turn_are_said_to_be_the_same()
     let turned =
         ["render", &tesseract, "-o", &frames, "--size", "16x12", "--frames", "2", "--turn", "0,1,90"];
     assert_eq!(err(&run(&turned, b"")), "");
+}
+
+#[test]
+fn a_stream_that_states_its_size_is_viewed_as_it_is_played() {
+    let folder = Folder::new("viewed");
+    let [played, viewed, smaller] = ["p.png", "v.png", "s.raw"].map(|name| folder.path(name));
+    // Each connection of a recording has settings of its own.
+    let recording = "#!fbptr-record 2 40x30\n#@ 1 0.1 000000000029\nCLIP 0 0 9 9\nPX 20 20 ffffff\n\n\
+        #@ 2 0.2 000000000016\nPX 39 29 ff0000\n\n#@ 1 0.3 end\n#@ 2 0.3 end\n#!end 0.4\n";
+    for stream in ["# a remark\nSIZE 40 30\nPX 39 29 ff0000\n", recording] {
+        let file = folder.file("s.fbs", stream);
+        for arguments in [
+            &["play", &file, "--headless", "--snap", &played][..],
+            &["view", &file, "--headless", "--snap", &viewed],
+            &["view", &file, "--headless", "--snap", &smaller, "--size", "8x6"],
+        ] {
+            let output = run(arguments, b"");
+            assert_eq!((output.status.code(), err(&output)), (Some(0), ""), "{arguments:?}");
+        }
+        let picture = image::open(&viewed).unwrap().into_rgba8();
+        assert_eq!((picture.dimensions(), picture[(39, 29)].0), ((40, 30), [255, 0, 0, 255]));
+        assert!(std::fs::read(&played).unwrap() == std::fs::read(&viewed).unwrap());
+        assert_eq!(std::fs::metadata(&smaller).unwrap().len(), 8 * 6 * 4);
+    }
+    let drawn = run(&["render", &folder.path("s.fbs"), "-o", &played], b"");
+    assert_eq!(drawn.status.code(), Some(2));
+    assert!(err(&drawn).contains("s.fbs --headless --snap picture.png` plays a stream"), "{}", err(&drawn));
+    let refused = run(&["view", &folder.file("big.fbs", "SIZE 0 3\n"), "--headless"], b"");
+    assert_eq!(refused.status.code(), Some(2), "{}", err(&refused));
 }

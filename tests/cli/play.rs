@@ -119,18 +119,18 @@ fn a_refused_command_is_said_with_its_line_and_the_rest_is_drawn() {
     let played = run(&["play", "-", "--headless", "--size", "10x6"], script);
     assert_eq!((played.status.code(), out(&played)), (Some(1), "PX 2 1 0000ff\n"));
     assert!(
-        err(&played).starts_with("-:2: ENUM LINE: ") && err(&played).ends_with(", got \"nine\"\n"),
+        err(&played).starts_with("fbptr: -:2: ENUM LINE: ") && err(&played).ends_with(", got \"nine\"\n"),
         "{}",
         err(&played)
     );
     let file = folder.file("a b.fbs", script);
     let played = run(&["play", &file, "--headless", "--size", "10x6"], b"");
     assert_eq!(played.status.code(), Some(1));
-    assert!(err(&played).starts_with(&format!("{file}:2: ENUM LINE: ")), "{}", err(&played));
+    assert!(err(&played).starts_with(&format!("fbptr: {file}:2: ENUM LINE: ")), "{}", err(&played));
     // `ERRORS count` makes no difference here, `ERRORS close` does.
     let played = run(&["play", "--headless"], b"ERRORS count\nNOPE\nSIZE\n");
     assert_eq!((played.status.code(), out(&played)), (Some(1), "SIZE 640 480\n"));
-    assert!(err(&played).starts_with("-:2: EVERB NOPE: "), "{}", err(&played));
+    assert!(err(&played).starts_with("fbptr: -:2: EVERB NOPE: "), "{}", err(&played));
     let played = run(&["play", "--headless"], b"ERRORS close\nNOPE\nSIZE\n");
     assert_eq!((played.status.code(), out(&played)), (Some(1), ""));
 }
@@ -143,7 +143,7 @@ fn only_a_regular_file_may_end_without_its_last_lf() {
     assert_eq!((played.status.code(), out(&played)), (Some(0), "SIZE 3 2\nSIZE 3 2\n"));
     let played = run(&["play", "-", "--headless", "--size", "3x2"], b"SIZE\nSIZE");
     assert_eq!((played.status.code(), out(&played)), (Some(1), "SIZE 3 2\n"));
-    assert!(err(&played).starts_with("-:2: EPROTO SIZE: "), "{}", err(&played));
+    assert!(err(&played).starts_with("fbptr: -:2: EPROTO SIZE: "), "{}", err(&played));
     let file = folder.file("half", "BLIT 0 0 1 1 :4\nab");
     let played = run(&["play", &file, "--headless"], b"");
     assert_eq!(played.status.code(), Some(1), "half a payload is no command anywhere");
@@ -507,7 +507,7 @@ fn what_was_probably_meant_is_said() {
     }
     assert_eq!(run(&["--help"], b"").status.code(), Some(0));
     let played = run(&["play", "-", "--headless"], b"LIEN 0 0 1 1 ff0000\n");
-    assert_eq!(err(&played), "-:1: EVERB LIEN: unknown verb (did you mean LINE?), got \"LIEN\"\n");
+    assert_eq!(err(&played), "fbptr: -:1: EVERB LIEN: unknown verb (did you mean LINE?), got \"LIEN\"\n");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::check::Checked;
 use crate::cli::progress::Progress;
 use crate::cli::scene_file::SceneError;
-use crate::cli::{Status, say};
+use crate::cli::{Status, say_as_program};
 use crate::save::{Movie, SaveError, read_frame};
 use clap::Args;
 use std::io::ErrorKind;
@@ -34,7 +34,7 @@ impl JoinMovie {
         }
         let checked = Checked::read(&self.folder)?;
         if !checked.is_right() {
-            say(checked.to_string().trim_end());
+            say_as_program(format_args!("no movie is made: {}", checked.to_string().trim_end()));
             return Ok(Status::Failed);
         }
         let size = checked.newest.size;

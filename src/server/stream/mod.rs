@@ -32,7 +32,7 @@ pub struct CommandError {
 }
 
 impl CommandError {
-    /// Formats the error as `play` prints it: `FILE:LINE: CODE VERB: message`.
+    /// Formats the error as `play` prints it after the program's name: `FILE:LINE: CODE VERB: message`.
     pub fn play_line(&self, file: &str) -> String {
         match &self.raw_token {
             Some(token) => {

@@ -120,7 +120,8 @@ impl Tour {
             None => {
                 let (make, size) = (Arc::clone(&self.make_engine), step.size);
                 let make: MakeEngine = Arc::new(move || make(size));
-                (number, Playing::new(&make, Wishes::default().view_overrides(), RenderPath::Fast)?)
+                let overrides = Wishes::default().view_overrides();
+                (number, Playing::new(&step.stream, &make, overrides, RenderPath::Fast)?)
             }
         };
         playing.play_to(&step.stream, presents);

@@ -72,6 +72,7 @@ fn a_page_holds_the_picture_that_its_commands_draw() {
         let [width, height] = tour.steps[expected].size;
         let factor = (PICTURE[0] / width) as i32;
         let mut playing = Playing::new(
+            &tour.steps[expected].stream,
             &(Arc::new(move || Engine::new(width, height).map_err(|e| e.to_string())) as MakeEngine),
             Wishes::default().view_overrides(),
             RenderPath::Plain,

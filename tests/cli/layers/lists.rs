@@ -296,6 +296,7 @@ pub const SERVER: Edges = &[
     ("shared_file", &["engine"]),
     ("stream", &["budget", "clock", "engine", "session"]),
     ("replay", &["budget", "engine", "read_files", "record", "session", "stream"]),
+    ("playback", &["budget", "engine", "record", "replay", "session", "stream"]),
     ("message", &["buffer_pool", "engine", "reply_queue", "session", "stream"]),
     ("jobs", &["engine", "message", "workers"]),
     ("client", &["message", "stream"]),
