@@ -135,7 +135,9 @@ const ENVIRONMENT: &str = "  NO_COLOR  no colours on the terminal, if it is set 
 /// Returns the description of the arguments, with examples.
 pub(super) fn command() -> Command {
     let foot = format!("{EXAMPLES_OF_ALL}\n\nExit status:\n{EXIT_STATUS}\n\nEnvironment:\n{ENVIRONMENT}");
-    EXAMPLES.iter().fold(Cli::command().after_help(foot), |command, (name, examples)| {
+    // A number below zero is a value, which its option refuses or takes, and no option.
+    let all = Cli::command().after_help(foot).mut_subcommands(|c| c.allow_negative_numbers(true));
+    EXAMPLES.iter().fold(all, |command, (name, examples)| {
         let keys = if *name == "view" { format!("\n\n{}", keys_help()) } else { String::new() };
         command.mut_subcommand(*name, |c| c.after_help(format!("Examples:\n{examples}{keys}")))
     })

@@ -103,36 +103,78 @@ pub(super) fn of_file(file: &File) -> io::Result<Option<Content>> {
 /// another format.
 pub(super) struct CommandInput<R> {
     input: R,
-    has_begun: bool,
+    state: InputState,
     has_failed: Arc<AtomicBool>,
+}
+
+/// What is known of an input.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum InputState {
+    /// Nothing was read.
+    New,
+    /// It is a stream of commands.
+    Commands,
+    /// It has another format: the rest is not read.
+    Refused,
 }
 
 impl<R: Read> CommandInput<R> {
     /// Wraps an input that nothing was read from. `has_failed` is set if it has another format.
     pub(super) fn new(input: R, has_failed: Arc<AtomicBool>) -> Self {
-        CommandInput { input, has_begun: false, has_failed }
+        CommandInput { input, state: InputState::New, has_failed }
     }
 }
 
 impl<R: Read> Read for CommandInput<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let count = self.input.read(buffer)?;
-        if count > 0 && !std::mem::replace(&mut self.has_begun, true) {
-            // A pipe has no length. Only the detection of binary STL uses it.
-            if let Some(content) = of_bytes(&buffer[..count], u64::MAX) {
-                say_as_program(format_args!("-: {content}; expected a stream of commands"));
-                self.has_failed.store(true, Ordering::Release);
-                return Ok(0);
+        match self.state {
+            InputState::Commands => return self.input.read(buffer),
+            InputState::Refused => return Ok(0),
+            InputState::New => {}
+        }
+        let count = self.read_first(buffer)?;
+        self.state = InputState::Commands;
+        // A pipe has no length. Only the detection of binary STL uses it.
+        if let Some(content) = of_bytes(&buffer[..count], u64::MAX) {
+            say_as_program(format_args!("-: {content}; expected a stream of commands"));
+            self.has_failed.store(true, Ordering::Release);
+            self.state = InputState::Refused;
+            return Ok(0);
+        }
+        Ok(count)
+    }
+}
+
+impl<R: Read> CommandInput<R> {
+    /// Reads the first bytes: more than come at once only while they may begin another format.
+    fn read_first(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let mut count = 0;
+        while count < buffer.len() {
+            match self.input.read(&mut buffer[count..]) {
+                Ok(0) => break,
+                Ok(n) => count += n,
+                Err(e) if e.kind() == io::ErrorKind::Interrupted && count > 0 => {}
+                Err(e) => return Err(e),
+            }
+            if !may_begin(&buffer[..count]) {
+                break;
             }
         }
         Ok(count)
     }
 }
 
+/// Returns whether these bytes are fewer than tell a format, all of whose files begin with them.
+fn may_begin(first: &[u8]) -> bool {
+    let gltf = (gltf::MAGIC, "");
+    let begins = |magic: &[u8]| magic.len() > first.len() && magic.starts_with(first);
+    BEGINNINGS.iter().chain([&gltf]).any(|(magic, _)| begins(magic))
+}
+
 /// Detects the format of a file of `length` bytes that begins with `first`.
 fn of_bytes(first: &[u8], length: u64) -> Option<Content> {
     if first.starts_with(&[0x1f, 0x8b]) {
-        return Some(Content::X3d);
+        return Some(of_gzip(first));
     }
     if let Some((_, what)) = BEGINNINGS.iter().find(|(magic, _)| first.starts_with(magic)) {
         return Some(Content::Other(what));
@@ -150,6 +192,18 @@ fn of_bytes(first: &[u8], length: u64) -> Option<Content> {
     let mesh = || MeshFormat::recognize(first, length).map(Content::Mesh);
     let obj = || is_obj(first).then_some(Content::Mesh(MeshFormat::Obj));
     what.map(Content::Other).or_else(|| of_xml(first)).or_else(mesh).or_else(obj)
+}
+
+/// Detects what the first bytes of a gzip file contain.
+fn of_gzip(first: &[u8]) -> Content {
+    let mut text = Vec::new();
+    // The file goes on, and may be damaged: what is inflated until then decides.
+    let _ = flate2::read::GzDecoder::new(first).take(FIRST_BYTES).read_to_end(&mut text);
+    let ascii = text.iter().filter(|b| b.is_ascii_graphic());
+    match ascii.copied().next() {
+        None | Some(b'<') => Content::X3d,
+        Some(_) => Content::Other("a gzip file, and what it contains is no X3D scene"),
+    }
 }
 
 /// Returns whether the first line that is neither empty nor a comment is a statement of OBJ.
@@ -188,6 +242,7 @@ fn contains(bytes: &[u8], part: &[u8]) -> bool {
 mod tests {
     use super::*;
     use crate::command::Verb;
+    use std::io::Write;
 
     fn of(bytes: &[u8]) -> Option<Content> {
         of_bytes(bytes, bytes.len() as u64)
@@ -204,6 +259,37 @@ mod tests {
             (b"#VRML V2.0 utf8", "a VRML scene"),
         ] {
             assert_eq!(of(bytes), Some(Content::Other(what)));
+        }
+    }
+
+    /// Gives one byte at a time.
+    struct Slow(&'static [u8]);
+
+    impl Read for Slow {
+        fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+            let count = self.0.len().min(1);
+            self.0.read(&mut buffer[..count])
+        }
+    }
+
+    #[test]
+    fn an_input_of_another_format_ends_however_its_bytes_arrive() {
+        let failed = || Arc::new(AtomicBool::new(false));
+        for bytes in [&b"\x89PNG\r\n\x1a\n\0\0CLEAR red\n"[..], b"glTF\x02\0\0\0more", b"%PDF-1.7\nSIZE\n"] {
+            let (at_once, slowly) = (failed(), failed());
+            let mut read = Vec::new();
+            let mut input = CommandInput::new(bytes, at_once.clone());
+            input.read_to_end(&mut read).unwrap();
+            assert_eq!(input.read(&mut [0; 9]).unwrap(), 0, "it is over");
+            CommandInput::new(Slow(bytes), slowly.clone()).read_to_end(&mut read).unwrap();
+            assert_eq!(read, b"");
+            assert!(at_once.load(Ordering::Acquire) && slowly.load(Ordering::Acquire));
+        }
+        for commands in [&b"GRID\nPX 1 1\n"[..], b"%\n", b"", b"\x89P"] {
+            let (mut read, has_failed) = (Vec::new(), failed());
+            CommandInput::new(Slow(commands), has_failed.clone()).read_to_end(&mut read).unwrap();
+            assert_eq!(read, commands);
+            assert!(!has_failed.load(Ordering::Acquire));
         }
     }
 
@@ -233,6 +319,13 @@ mod tests {
     #[test]
     fn x3d_is_known_by_its_tags_and_by_gzip() {
         assert_eq!(of(b"\x1f\x8b\x08"), Some(Content::X3d));
+        let gzip = |text: &str| {
+            let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+            packer.write_all(text.as_bytes()).unwrap();
+            packer.finish().unwrap()
+        };
+        assert_eq!(of(&gzip("\u{feff}<?xml version='1.0'?><X3D/>")), Some(Content::X3d));
+        assert!(matches!(of(&gzip("SIZE 30 20\n")), Some(Content::Other(_))));
         assert_eq!(of(b"\xef\xbb\xbf<?xml version='1.0'?>\n<X3D profile='Full'>"), Some(Content::X3d));
         let utf16: Vec<u8> = "\u{feff}<?xml?><X3D>".encode_utf16().flat_map(u16::to_le_bytes).collect();
         assert_eq!(of(&utf16), Some(Content::X3d));

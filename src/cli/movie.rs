@@ -37,11 +37,14 @@ impl MovieArgs {
         self.movie.as_deref() == Some(Path::new("-"))
     }
 
-    /// Validates the file name before anything is done.
+    /// Validates the file name and its folder before anything is done.
     pub fn check(&self) -> Result<(), String> {
-        self.movie
-            .as_ref()
-            .map_or(Ok(()), |path| MovieFormat::of_path(path).map(drop).map_err(|e| e.to_string()))
+        let Some(path) = &self.movie else { return Ok(()) };
+        MovieFormat::of_path(path).map_err(|e| e.to_string())?;
+        match path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+            Some(folder) => Err(format!("{}: there is no folder {}", path.display(), folder.display())),
+            None => Ok(()),
+        }
     }
 
     /// Creates the requested movie, if any, with the CRT look where files have it.

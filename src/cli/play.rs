@@ -422,7 +422,7 @@ fn finish_alone(thread: RenderThread, player: Player, page: Option<WebPage>) -> 
 }
 
 /// Opens a file that holds a stream of commands; the length is `None` for a pipe or device.
-fn open_stream(path: &Path, name: &str) -> Result<(File, Option<u64>), String> {
+pub(super) fn open_stream(path: &Path, name: &str) -> Result<(File, Option<u64>), String> {
     let refused = |e: io::Error| format!("{name}: {e}");
     let file = File::open(path).map_err(refused)?;
     let meta = file.metadata().map_err(refused)?;
@@ -441,15 +441,11 @@ fn open_stream(path: &Path, name: &str) -> Result<(File, Option<u64>), String> {
 
 /// Returns the receiver of a stream's notices, which sets `has_failed` at a refused command.
 fn notices(name: String, has_failed: Arc<AtomicBool>) -> impl FnMut(Notice) + Send + 'static {
-    move |notice| match notice {
-        Notice::Refused(refused) => {
+    move |notice| {
+        if matches!(notice, Notice::Refused(_)) {
             has_failed.store(true, Ordering::Release);
-            say_as_program(refused.play_line(&name));
         }
-        Notice::Warning(warning) => say_as_program(warning),
-        Notice::Remark { place, verb, text } => {
-            say_as_program(format_args!("{name}:{}: {verb}: {text}", place.line))
-        }
+        say_as_program(notice.play_line(&name));
     }
 }
 

@@ -13,9 +13,9 @@ use crate::eye;
 use crate::measure::{self, all_stages};
 use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
 use crate::pipeline::quality::{Budget, MeshShapes, prove};
-use crate::pipeline::{DepthUse, Renderer, SceneOptions, Target};
+use crate::pipeline::{DepthUse, EmptyDraw, Renderer, SceneOptions, Target};
 use crate::save::{self, MovieFormat, SaveError};
-use crate::scene::ShadeMode;
+use crate::scene::{Scene, ShadeMode};
 use crate::server::Limits;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -96,6 +96,31 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
 
 fn not_negative(text: &str) -> Result<f64, String> {
     finite(text).ok().filter(|n| *n >= 0.0).ok_or_else(|| "expected a finite number of 0 or more".to_owned())
+}
+
+/// One drawn picture.
+struct Drawn {
+    /// Its plan, if requested.
+    plan: String,
+    /// Why it shows nothing of the scene, if so.
+    is_empty: Option<String>,
+}
+
+/// Returns the reason why nothing of a scene is shown, with the argument that would show it if that
+/// is the distance of the near or far plane.
+fn explained(reason: EmptyDraw, scene: &Scene, options: &SceneOptions) -> String {
+    let camera = scene.camera.unwrap_or(options.camera);
+    let (eye, [near, far]) = (camera.look_at.eye, camera.projection.near_far());
+    let Some((low, high)) = scene.bounds() else { return reason.to_string() };
+    let nearest = eye.clamp(low, high).distance(eye);
+    let farthest = (eye - low).abs().max((eye - high).abs()).length();
+    if nearest > far {
+        format!("{reason}; all of it is {nearest:.6} or more away, and the far plane is at {far}: see --far")
+    } else if farthest < near {
+        format!("{reason}; all of it is within {farthest:.6}, and the near plane is at {near}: see --near")
+    } else {
+        reason.to_string()
+    }
 }
 
 impl Render {
@@ -233,24 +258,33 @@ impl Render {
         mut renderer: Renderer,
     ) -> Result<String, SceneError> {
         let (mut plans, mut shapes) = (String::new(), MeshShapes::at_once());
+        let mut is_reported = false;
         while let Some(frame) = output.next_frame() {
             match self.draw((&mut renderer, &mut shapes), animation, frame, output) {
-                Ok(plan) if plans.ends_with(&plan) => {}
-                Ok(plan) => plans.push_str(&plan),
+                Ok(drawn) => {
+                    if !plans.ends_with(&drawn.plan) {
+                        plans.push_str(&drawn.plan);
+                    }
+                    if let Some(reason) =
+                        drawn.is_empty.filter(|_| !std::mem::replace(&mut is_reported, true))
+                    {
+                        say_as_program(format_args!("{}: frame {frame}: {reason}", self.scene.display()));
+                    }
+                }
                 Err(error) => output.failed(frame, error)?,
             }
         }
         Ok(plans)
     }
 
-    /// Draws and writes one picture. Returns its plan.
+    /// Draws and writes one picture.
     fn draw(
         &self,
         (renderer, shapes): (&mut Renderer, &mut MeshShapes),
         animation: &Animation,
         frame: u32,
         output: &mut RenderOutput,
-    ) -> Result<String, DrawError> {
+    ) -> Result<Drawn, DrawError> {
         let refused = |message: String| DrawError::Scene(SceneError::Refused(message));
         let scene =
             &animation.scene(frame).map_err(|e| DrawError::Scene(SceneError::NoFile(e.to_string())))?;
@@ -288,9 +322,10 @@ impl Render {
         if let Some(trace) = self.trace {
             trace::print(scene, options, [width, height], trace).map_err(refused)?;
         }
-        renderer
+        let stats = renderer
             .draw_scene(&mut target, scene, options)
             .map_err(|e| refused(format!("{}: {e}", self.scene.display())))?;
+        let is_empty = EmptyDraw::of_scene(&stats, scene, options, &memory);
         self.write(&memory, depth.as_ref(), frame, output)?;
         // Once, and after the frame, whose bytes it cannot change.
         if self.explain && self.frames.is_none_or(|n| n == 1) {
@@ -298,7 +333,8 @@ impl Render {
                 .map_err(|e| refused(e.to_string()))?;
             plan.push_str(&bill.to_string());
         }
-        Ok(plan)
+        let is_empty = is_empty.map(|reason| explained(reason, scene, options));
+        Ok(Drawn { plan, is_empty })
     }
 
     /// Writes one picture, and its depth if requested.

@@ -1,16 +1,19 @@
 //! `fbptr send`: sends a stream to a running server, and prints its replies.
 
 use super::args::address::{self, ServerAddress};
+use super::magic::CommandInput;
 use super::output::Stdout;
+use super::play::open_stream;
 use super::progress::Watched;
 use super::{Status, say_as_program};
 use clap::Args;
-use std::fs::File;
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
 #[cfg(unix)]
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Send a stream to a running server.
 #[derive(Debug, Args)]
@@ -40,18 +43,18 @@ impl Send {
                 return Status::BadArguments;
             }
         };
+        let is_foreign = Arc::new(AtomicBool::new(false));
         let (mut input, name): (Box<dyn Read>, _) = match &self.file {
-            Some(path) if path != Path::new("-") => match File::open(path) {
-                Ok(file) => {
-                    let bytes = file.metadata().map_or(0, |m| m.len());
-                    (Box::new(Watched::new(file, bytes)), path.display().to_string())
+            Some(path) if path != Path::new("-") => match open_stream(path, &path.display().to_string()) {
+                Ok((file, len)) => {
+                    (Box::new(Watched::new(file, len.unwrap_or(0))), path.display().to_string())
                 }
-                Err(e) => {
-                    say_as_program(format_args!("{}: {e}", path.display()));
+                Err(message) => {
+                    say_as_program(message);
                     return Status::BadArguments;
                 }
             },
-            _ => (Box::new(io::stdin()), "-".to_owned()),
+            _ => (Box::new(CommandInput::new(io::stdin(), is_foreign.clone())), "-".to_owned()),
         };
         let mut wire = match Wire::connect(&target) {
             Ok(wire) => wire,
@@ -83,7 +86,7 @@ impl Send {
             }
             Ok(()) => {}
         }
-        if has_errors { Status::Failed } else { Status::Success }
+        if has_errors || is_foreign.load(Ordering::Acquire) { Status::Failed } else { Status::Success }
     }
 }
 

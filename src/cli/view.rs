@@ -2,7 +2,7 @@
 
 use super::frame_clock::FrameClock;
 use super::mesh_args::MeshArgs;
-use super::play::size_of_stream;
+use super::play::{open_stream, size_of_stream};
 use super::render_args::RenderArgs;
 use super::scene_file::{self, ReadOptions, SceneError, SceneFile, Watch};
 use super::view_web::ViewerPage;
@@ -11,7 +11,7 @@ use super::{FrameSize, Status, say_as_program, signals};
 use crate::executor::Executor;
 use crate::load::SandboxDir;
 use crate::save::{self, Movie, MovieFormat};
-use crate::server::{Engine, Limits, worker_pool};
+use crate::server::{Engine, Limits, Notice, worker_pool};
 use crate::viewer::{Model, Split, Viewer, ViewerOptions, help_lines};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -131,6 +131,7 @@ impl ViewArgs {
         let budget = self.drawing.budget();
         let mut watch = Watch::new(&self.drawing.reading_budget(&budget));
         let model = self.read(&mut watch, None)?;
+        self.check_for(&model)?;
         let [width, height] =
             match self.size.map_or_else(|| self.stated_size(&model), |size| Ok(Some(size)))? {
                 Some(FrameSize { width, height }) => [width, height],
@@ -165,12 +166,13 @@ impl ViewArgs {
         let mut viewer = Viewer::new(model, options).map_err(refused)?;
         let page = web.map(|web| ViewerPage::start(web, &viewer)).transpose().map_err(bad)?;
         let is_shown = self.show(&mut viewer, movie, watch, page)?;
-        let errors = viewer.take_errors(&self.file.display().to_string());
-        errors.iter().for_each(say_as_program);
+        let (name, notices) = (self.file.display().to_string(), viewer.take_notices());
+        notices.iter().for_each(|notice| say_as_program(notice.play_line(&name)));
+        let is_refused = notices.iter().any(|notice| matches!(notice, Notice::Refused(_)));
         if let Some(path) = &self.snap {
             save::to_path(viewer.shown(), path).map_err(|e| SceneError::Refused(e.to_string()))?;
         }
-        Ok(if is_shown && errors.is_empty() { Status::Success } else { Status::Failed })
+        Ok(if is_shown && !is_refused { Status::Success } else { Status::Failed })
     }
 
     /// Reads the file as a model for the viewer.
@@ -189,7 +191,10 @@ impl ViewArgs {
         let name = self.file.display().to_string();
         let no_file = |e: std::io::Error| SceneError::NoFile(format!("{name}: {e}"));
         watch.begin(&self.file);
-        let bytes: Arc<[u8]> = std::fs::read(&self.file).map_err(no_file)?.into();
+        let (mut file, _) = open_stream(&self.file, &name).map_err(SceneError::NoFile)?;
+        let mut bytes = Vec::new();
+        std::io::Read::read_to_end(&mut file, &mut bytes).map_err(no_file)?;
+        let bytes: Arc<[u8]> = bytes.into();
         let [width, height] = size.unwrap_or([640, 480]);
         let (load_dir, drawing) = (self.load_dir.clone(), self.drawing.clone());
         let renderer = drawing.renderer();
@@ -205,6 +210,31 @@ impl ViewArgs {
             Ok(engine)
         };
         Ok(Model::Stream(bytes, Arc::new(make)))
+    }
+
+    /// Checks that no argument is for a file of another kind.
+    fn check_for(&self, model: &Model) -> Result<(), SceneError> {
+        let (kind, flags) = match model {
+            Model::Stream(..) => (
+                "a stream of commands",
+                &[
+                    ("--smooth", self.meshes.smooth.is_some()),
+                    ("--cull", self.meshes.cull.is_some()),
+                    ("--root", self.root.is_some()),
+                    ("--time", self.time != 0.0),
+                    ("--studio on", self.studio == Some(true)),
+                    ("--turntable", self.turntable),
+                ][..],
+            ),
+            _ => ("no stream of commands", &[("--load-dir", self.load_dir.is_some())][..]),
+        };
+        match flags.iter().find(|(_, is_given)| *is_given) {
+            None => Ok(()),
+            Some((flag, _)) => {
+                let file = self.file.display();
+                Err(SceneError::NoFile(format!("{flag} does nothing here: {file} is {kind}")))
+            }
+        }
     }
 
     /// Returns the frame size that a stream states, as `play` takes it.

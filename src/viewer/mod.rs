@@ -42,6 +42,7 @@ use crate::pipeline::Renderer;
 use crate::scene::{
     Cull, Geometry, HiddenSurface, Navigator, QualityUse, ShadeMode, TextureUse, ViewOverrides,
 };
+use crate::server::Notice;
 use difference::Exact;
 use frame::ViewerFrame;
 use nd::Nd;
@@ -368,10 +369,10 @@ impl Viewer {
         self.is_recording = is_recording;
     }
 
-    /// Takes the errors of refused stream commands, each once, as lines that name `file`.
-    pub fn take_errors(&mut self, file: &str) -> Vec<String> {
+    /// Takes the notices about a stream's commands, each once: refusals, warnings and remarks.
+    pub fn take_notices(&mut self) -> Vec<Notice> {
         match &mut self.subject {
-            Subject::Replay(replay) => replay.take_errors().iter().map(|c| c.play_line(file)).collect(),
+            Subject::Replay(replay) => replay.take_notices(),
             _ => Vec::new(),
         }
     }

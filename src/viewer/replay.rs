@@ -11,9 +11,7 @@ use crate::command::Command;
 use crate::memory::VideoMemory;
 use crate::pipeline::{RenderOptions, RenderPath, Renderer};
 use crate::scene::{Camera, QualityUse, ViewOverrides};
-use crate::server::{
-    Audience, Budget, CommandError, Engine, Notice, Output, Pace, Playback, Session, StreamState,
-};
+use crate::server::{Audience, Budget, Engine, Notice, Output, Pace, Playback, Session, StreamState};
 use std::sync::Arc;
 
 /// Factory of the engine that a stream is played on.
@@ -24,9 +22,9 @@ pub(super) struct Replay {
     bytes: Arc<[u8]>,
     make_engine: MakeEngine,
     playing: Option<Playing>,
-    /// Errors of the first replay, until they are taken.
-    errors: Vec<CommandError>,
-    /// Number of errors already reported: each replay meets the same ones.
+    /// Notices of the first replay, until they are taken.
+    notices: Vec<Notice>,
+    /// Number of notices already reported: each replay meets the same ones.
     reported: usize,
     /// Number of the last frame, once the end was reached.
     last_frame: Option<u64>,
@@ -39,7 +37,7 @@ pub(super) struct Playing {
     view_overrides: ViewOverrides,
     used: usize,
     has_ended: bool,
-    errors: Vec<CommandError>,
+    notices: Vec<Notice>,
 }
 
 impl Playing {
@@ -56,7 +54,7 @@ impl Playing {
         }
         engine.set_view_overrides(view_overrides);
         let playback = Playback::new(&mut engine, bytes);
-        Ok(Playing { engine, playback, view_overrides, used: 0, has_ended: false, errors: Vec::new() })
+        Ok(Playing { engine, playback, view_overrides, used: 0, has_ended: false, notices: Vec::new() })
     }
 
     /// Plays until `frames` frames were presented, or to the end.
@@ -76,11 +74,7 @@ impl Playing {
             self.has_ended = state == StreamState::Ended;
             // Replies have no reader here.
             out.replies.clear();
-            for notice in out.notices.drain(..) {
-                if let Notice::Refused(refused) = notice {
-                    self.errors.push(refused);
-                }
-            }
+            self.notices.append(&mut out.notices);
         }
     }
 
@@ -96,7 +90,8 @@ impl Playing {
 
     /// Returns the first refused command's error.
     pub fn first_error(&self) -> Option<String> {
-        self.errors.first().map(|error| error.play_line("line"))
+        let is_error = |notice: &&Notice| matches!(notice, Notice::Refused(_));
+        self.notices.iter().find(is_error).map(|error| error.play_line("line"))
     }
 
     /// Runs a query in a session of its own, and returns its reply or error as one line.
@@ -111,12 +106,12 @@ impl Playing {
 
 impl Replay {
     pub fn new(bytes: Arc<[u8]>, make_engine: MakeEngine) -> Self {
-        Replay { bytes, make_engine, playing: None, errors: Vec::new(), reported: 0, last_frame: None }
+        Replay { bytes, make_engine, playing: None, notices: Vec::new(), reported: 0, last_frame: None }
     }
 
-    /// Takes the errors of refused commands; each is returned once.
-    pub fn take_errors(&mut self) -> Vec<CommandError> {
-        std::mem::take(&mut self.errors)
+    /// Takes the notices about commands; each is returned once.
+    pub fn take_notices(&mut self) -> Vec<Notice> {
+        std::mem::take(&mut self.notices)
     }
 
     /// Returns whether anything was presented, valid once a frame was drawn.
@@ -155,8 +150,8 @@ impl Replay {
             // The picture after the last PRESENT is a frame too.
             self.last_frame = Some(playing.engine.frames());
         }
-        self.errors.extend(playing.errors.iter().skip(self.reported).cloned());
-        self.reported = self.reported.max(playing.errors.len());
+        self.notices.extend(playing.notices.iter().skip(self.reported).cloned());
+        self.reported = self.reported.max(playing.notices.len());
         frame.memory.bytes_mut().copy_from_slice(playing.engine.memory().bytes());
         frame.depth = playing.engine.depth().cloned();
         self.playing = Some(playing);

@@ -209,3 +209,43 @@ fn the_line_editor_completes_hints_and_remembers() {
         Command::new("python3").args(["-c", TERMINAL, env!("CARGO_BIN_EXE_fbptr")]).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
+
+#[test]
+fn a_file_that_is_gone_on_with_ends_at_its_end() {
+    let folder = Folder::new("file");
+    let mut red = [255, 0, 0, 255].repeat(8 * 6);
+    for (text, code, said) in [
+        ("SIZE 8 6\nCLEAR red", 0, ""),
+        ("CLEAR red\nQUIT\nCLEAR blue\n", 0, ""),
+        ("SIZE 8 6\nCLEAR red\nTEXT 0 0 white :5\nhel", 1, "fbptr: s.fbs:3: EPROTO TEXT: "),
+        ("SIZE 8 6\nCLEAR red\nNOPE 1\n", 1, "fbptr: s.fbs:3: EVERB NOPE: "),
+    ] {
+        std::fs::write(folder.0.join("s.fbs"), text).unwrap();
+        let drawn = folder.fbptr(&["draw", "s.fbs", "--headless", "--size", "8x6", "--snap", "o.raw"], "");
+        let found = String::from_utf8_lossy(&drawn.stderr);
+        assert_eq!(drawn.status.code(), Some(code), "{text}: {found}");
+        assert!(found.starts_with(said) && (said.is_empty() == found.is_empty()), "{text}: {found}");
+        assert!(folder.read("o.raw") == red, "{text}");
+    }
+    // What was refused in the file does not hide the rest of it from `save` and `undo`.
+    let saved =
+        folder.fbptr(&["draw", "s.fbs", "--headless"], "PX 1 1 0000ff\nsave t.fbs\nundo\nsnap u.raw\n");
+    assert_eq!(saved.status.code(), Some(1));
+    let played = folder.fbptr(&["play", "t.fbs", "--headless", "--snap", "t.raw"], "");
+    assert!(String::from_utf8_lossy(&played.stderr).contains("EVERB NOPE"));
+    assert!(folder.read("u.raw") == red);
+    red[(8 + 1) * 4..][..4].copy_from_slice(&[0, 0, 255, 255]);
+    assert!(folder.read("t.raw") == red);
+    std::fs::write(folder.0.join("r.fbs"), "#!fbptr-record 2 8x6\n#!end 0\n").unwrap();
+    std::fs::write(folder.0.join("m.obj"), "v 0 0 0\nf 1 1 1\n").unwrap();
+    for (file, said) in [
+        ("r.fbs", "fbptr: r.fbs: a recording"),
+        ("m.obj", "fbptr: m.obj: an OBJ model"),
+        (".", "fbptr: .: is a folder"),
+    ] {
+        let refused = folder.fbptr(&["draw", file, "--headless"], "");
+        let found = String::from_utf8_lossy(&refused.stderr);
+        assert_eq!(refused.status.code(), Some(2), "{found}");
+        assert!(found.starts_with(said), "{found}");
+    }
+}

@@ -1,4 +1,4 @@
-//! glTF, STL and PLY files on the command line, and streams of commands as `view` shows them.
+//! glTF, STL and PLY files on the command line, and what is refused or explained there.
 
 use crate::play::{Folder, err, run};
 use std::io::Write;
@@ -122,4 +122,50 @@ fn a_stream_that_states_its_size_is_viewed_as_it_is_played() {
     assert!(err(&drawn).contains("s.fbs --headless --snap picture.png` plays a stream"), "{}", err(&drawn));
     let refused = run(&["view", &folder.file("big.fbs", "SIZE 0 3\n"), "--headless"], b"");
     assert_eq!(refused.status.code(), Some(2), "{}", err(&refused));
+}
+
+#[test]
+fn a_picture_without_anything_on_it_is_explained() {
+    let folder = Folder::new("explained");
+    let out = folder.path("o.raw");
+    let far = folder.file(
+        "far.x3d",
+        "<X3D><Scene><Viewpoint position='0 0 3000'/><Shape><Box size='9 9 9'/></Shape></Scene></X3D>",
+    );
+    let drawn = run(&["render", &far, "-o", &out, "--size", "8x8"], b"");
+    assert_eq!(drawn.status.code(), Some(0));
+    assert!(err(&drawn).starts_with(&format!("fbptr: {far}: frame 0: ")), "{}", err(&drawn));
+    assert!(err(&drawn).contains("the far plane is at 1000: see --far"), "{}", err(&drawn));
+    let seen = run(&["render", &far, "-o", &out, "--size", "800x800", "--far", "9000"], b"");
+    assert_eq!((seen.status.code(), err(&seen)), (Some(0), ""));
+    let dark = folder.file("dark.fbs", "SIZE 40 30\nMESH b BOX\nLOOKAT 0 0 5 0 0 0 0 1 0\nDRAW b\n");
+    for command in ["play", "view"] {
+        let drawn = run(&[command, &dark, "--headless"], b"");
+        let said = format!("fbptr: {dark}:4: DRAW: ");
+        assert_eq!(drawn.status.code(), Some(0));
+        assert!(err(&drawn).starts_with(&said) && err(&drawn).contains("no light"), "{}", err(&drawn));
+    }
+}
+
+#[test]
+fn options_and_outputs_that_cannot_serve_are_refused_at_once() {
+    let folder = Folder::new("at-once");
+    let stream = folder.file("s.fbs", "CLEAR red\n");
+    let mesh = folder.file("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    let missing = folder.path("none/o");
+    let [gif, html] = [".gif", ".html"].map(|ending| format!("{missing}{ending}"));
+    for (arguments, said) in [
+        (&["view", &stream, "--headless", "--cull", "back"][..], "--cull does nothing here"),
+        (&["view", &stream, "--headless", "--turntable"], "--turntable does nothing here"),
+        (&["view", &mesh, "--headless", "--load-dir", "."], "--load-dir does nothing here"),
+        (&["view", &stream, "--headless", "--frames", "-1"], "invalid value '-1' for '--frames"),
+        (&["play", &stream, "--headless", "--movie", &gif], "there is no folder"),
+        (&["serve", "--headless", "--listen", ":0", "--movie", &gif], "there is no folder"),
+        (&["eye", "--bench", "--out", &html], "there is no folder"),
+        (&["eye", "--bench", "--out", "o.txt"], "expected .html or .svg"),
+    ] {
+        let refused = run(arguments, b"");
+        assert_eq!(refused.status.code(), Some(2), "{arguments:?}: {}", err(&refused));
+        assert!(err(&refused).starts_with("fbptr: ") && err(&refused).contains(said), "{}", err(&refused));
+    }
 }

@@ -58,7 +58,8 @@ pub(in crate::cli) fn host_name(text: &str) -> Option<&str> {
     (is_name && host.parse::<u16>().is_err()).then_some(host)
 }
 
-/// Address of a server: a Unix socket for text with `/` or the prefix `unix:`, otherwise TCP.
+/// Address of a server: a Unix socket for text with `/`, the prefix `unix:` or the name of a socket
+/// in the current folder, otherwise TCP.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in crate::cli) enum ServerAddress {
     Tcp(SocketAddr),
@@ -69,9 +70,21 @@ pub(in crate::cli) enum ServerAddress {
 pub(in crate::cli) fn target(text: &str) -> Result<ServerAddress, String> {
     match text.strip_prefix("unix:") {
         Some(path) => Ok(ServerAddress::Unix(path.into())),
-        None if text.contains('/') => Ok(ServerAddress::Unix(text.into())),
+        None if text.contains('/') || is_socket(text) => Ok(ServerAddress::Unix(text.into())),
         None => tcp(text).map(ServerAddress::Tcp),
     }
+}
+
+/// Returns whether a path is that of a Unix socket.
+#[cfg(unix)]
+fn is_socket(path: &str) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    std::fs::metadata(path).is_ok_and(|meta| meta.file_type().is_socket())
+}
+
+#[cfg(not(unix))]
+fn is_socket(_: &str) -> bool {
+    false
 }
 
 /// Returns the message for a server that cannot be reached, with a hint.

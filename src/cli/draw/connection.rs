@@ -11,17 +11,30 @@ pub(super) struct Connection {
     from: BufReader<PipeReader>,
     /// Number of the last SYNC.
     syncs: u64,
+    /// Number of lines sent.
+    lines: u64,
+}
+
+/// A line of an answer.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Line {
+    /// Line of the commands, from 1, that an error or a warning is about.
+    pub number: Option<u64>,
+    /// The reply, or the error or warning without its place.
+    pub text: String,
 }
 
 /// The server's answers to commands.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct Answers {
-    /// Lines to show: replies, warnings and errors in order, without the errors' places.
-    pub lines: Vec<String>,
+    /// Lines to show: replies, warnings and errors in order.
+    pub lines: Vec<Line>,
     /// True if a command was refused.
     pub is_refused: bool,
     /// True if there was a reply: the command was a question.
     pub is_reply: bool,
+    /// True if the commands ended their connection, and were left out.
+    pub is_closed: bool,
 }
 
 impl Connection {
@@ -33,7 +46,7 @@ impl Connection {
         let (input, to) = io::pipe()?;
         let (from, output) = io::pipe()?;
         server.serve_pipe(Box::new(input), Box::new(output), || ())?;
-        let mut connection = Connection { to, from: BufReader::new(from), syncs: 0 };
+        let mut connection = Connection { to, from: BufReader::new(from), syncs: 0, lines: 0 };
         connection.exchange(b"ERRORS report\n")?;
         Ok(connection)
     }
@@ -45,6 +58,8 @@ impl Connection {
     pub fn exchange(&mut self, commands: &[u8]) -> io::Result<Answers> {
         self.syncs += 1;
         let end = format!("SYNC prompt{}", self.syncs);
+        let before = self.lines;
+        self.lines += commands.iter().filter(|&&byte| byte == b'\n').count() as u64 + 1;
         let Connection { to, from, .. } = self;
         std::thread::scope(|scope| {
             // The answers are read meanwhile: a pipe holds only so many of them.
@@ -52,15 +67,15 @@ impl Connection {
                 to.write_all(commands)?;
                 to.write_all(format!("{end}\n").as_bytes())
             });
-            let answers = answers(from, &end);
+            let answers = answers(from, &end, before);
             sent.join().unwrap_or_else(|_| Err(io::Error::other("the sender ended")))?;
             answers
         })
     }
 }
 
-/// Reads the answers before the line `end`.
-fn answers(from: &mut impl BufRead, end: &str) -> io::Result<Answers> {
+/// Reads the answers before the line `end`, to commands that `before` lines were sent before.
+fn answers(from: &mut impl BufRead, end: &str, before: u64) -> io::Result<Answers> {
     let mut answers = Answers::default();
     loop {
         let mut line = Vec::new();
@@ -73,10 +88,9 @@ fn answers(from: &mut impl BufRead, end: &str) -> io::Result<Answers> {
             "SYNC" if line == end => return Ok(answers),
             "ERR" => {
                 answers.is_refused = true;
-                // ERR line byte CODE VERB: message.
-                answers.lines.push(line.splitn(4, ' ').nth(3).unwrap_or(&line).to_owned());
+                answers.lines.push(placed(&line, before));
             }
-            "WARN" => answers.lines.push(line.splitn(4, ' ').nth(3).unwrap_or(&line).to_owned()),
+            "WARN" => answers.lines.push(placed(&line, before)),
             // Of `PRESENT wait`, which ends a frame and asks nothing.
             "EVENT" | "FRAME" => {}
             _ => {
@@ -85,10 +99,18 @@ fn answers(from: &mut impl BufRead, end: &str) -> io::Result<Answers> {
                 if bytes > 0 {
                     io::copy(&mut from.take(bytes), &mut io::sink())?;
                 }
-                answers.lines.push(line);
+                answers.lines.push(Line { number: None, text: line });
             }
         }
     }
+}
+
+/// Splits `ERR line byte CODE VERB: message`, or a warning.
+fn placed(line: &str, before: u64) -> Line {
+    let mut words = line.splitn(4, ' ').skip(1);
+    let number = words.next().and_then(|number| number.parse::<u64>().ok());
+    let text = words.nth(1).unwrap_or(line).to_owned();
+    Line { number: number.map(|number| number.saturating_sub(before)), text }
 }
 
 /// Returns the number of bytes that follow a line of a reply.
@@ -107,10 +129,12 @@ mod tests {
     fn answers_end_at_their_own_sync_and_skip_bytes() {
         let mut said =
             &b"ERR 3 17 ENUM LINE: a number, got \"x\"\nREAD 0 0 1 1 :4\nSYN\nSYNC a\nSYNC b\nrest"[..];
-        let answers = answers(&mut said, "SYNC b").unwrap();
-        assert_eq!(answers.lines, ["ENUM LINE: a number, got \"x\"", "READ 0 0 1 1 :4", "SYNC a"]);
+        let answers = answers(&mut said, "SYNC b", 2).unwrap();
+        let texts: Vec<&str> = answers.lines.iter().map(|line| line.text.as_str()).collect();
+        assert_eq!(texts, ["ENUM LINE: a number, got \"x\"", "READ 0 0 1 1 :4", "SYNC a"]);
+        assert_eq!(answers.lines[0].number, Some(1), "counted from the commands' own first line");
         assert!(answers.is_refused && answers.is_reply);
         assert_eq!(said, b"rest");
-        assert!(super::answers(&mut &b"SYNC b"[..], "SYNC c").is_err());
+        assert!(super::answers(&mut &b"SYNC b"[..], "SYNC c", 0).is_err());
     }
 }

@@ -5,6 +5,7 @@
 //! same way, and a refused command makes the exit status 1.
 
 mod connection;
+mod file;
 mod line;
 mod prompt;
 mod session;
@@ -15,6 +16,8 @@ use crate::command::help_on;
 use crate::save::{self, SnapshotFormat};
 use crate::server::{Display, DisplayObserver, Engine, Limits, Server};
 use clap::Args;
+use connection::Line;
+use file::Stream;
 use line::{CommandLine, OWN_WORDS, Typed, TypedPayload};
 use prompt::Prompt;
 use session::Session;
@@ -62,16 +65,9 @@ impl Draw {
         if let Some(snap) = &self.snap {
             SnapshotFormat::of_path(snap).map_err(|e| e.to_string())?;
         }
-        let mut stream = Vec::new();
-        let mut size = self.size;
-        if let Some(path) = &self.file {
-            stream = read_file(path)?;
-            let stated =
-                super::play::size_of_stream(&stream).map_err(|e| format!("{}: {e}", path.display()))?;
-            size = size.or(stated);
-            session::drop_size(&mut stream);
-        }
-        let FrameSize { width, height } = size.unwrap_or(FrameSize::DEFAULT);
+        let stream = self.file.as_deref().map(Stream::read).transpose()?;
+        let stated = stream.as_ref().and_then(|stream| stream.size);
+        let FrameSize { width, height } = self.size.or(stated).unwrap_or(FrameSize::DEFAULT);
         let limits = Limits { memory_bytes: self.drawing.memory_bytes(), ..Limits::default() };
         let mut engine =
             Engine::with_limits(width, height, limits.for_frame(width, height)).map_err(|e| e.message)?;
@@ -148,7 +144,7 @@ fn show(_: &Server, _: Option<Arc<Display>>, end: &Receiver<()>) {
 }
 
 /// Reads lines and draws them until `quit` or the end of the input.
-fn converse(server: Arc<Server>, size: [u32; 2], stream: Vec<u8>) -> Result<Status, String> {
+fn converse(server: Arc<Server>, size: [u32; 2], stream: Option<Stream>) -> Result<Status, String> {
     let broken = |e: std::io::Error| format!("the render thread cannot be reached: {e}");
     let mut session = Session::new(server, size).map_err(broken)?;
     let mut prompt = Prompt::new()?;
@@ -157,8 +153,16 @@ fn converse(server: Arc<Server>, size: [u32; 2], stream: Vec<u8>) -> Result<Stat
     if is_terminal {
         output::print("Type a command, such as LINE 0 0 639 479 red gold; help lists them, quit ends.\n");
     }
-    if !stream.is_empty() {
-        has_failed |= !say_answers(session.run(stream).map_err(broken)?.lines, false);
+    if let Some(Stream { name, bytes, skipped_lines, error, .. }) = stream {
+        let answers = session.run_file(bytes).map_err(broken)?;
+        has_failed |= answers.is_refused || error.is_some();
+        for Line { number, text } in answers.lines {
+            match number {
+                Some(number) => say_as_program(format_args!("{name}:{}: {text}", number + skipped_lines)),
+                None => output::print(format!("{text}\n")),
+            }
+        }
+        error.iter().for_each(say_as_program);
     }
     loop {
         prompt.set_names(session.names());
@@ -172,7 +176,8 @@ fn converse(server: Arc<Server>, size: [u32; 2], stream: Vec<u8>) -> Result<Stat
             Ok(Typed::Command(command)) => match with_payload(&command, &mut prompt) {
                 Ok(bytes) => {
                     let answers = session.run(bytes).map_err(broken)?;
-                    Ok(say_answers(answers.lines, answers.is_refused))
+                    answers.lines.iter().for_each(|line| output::print(format!("{}\n", line.text)));
+                    Ok(!answers.is_refused)
                 }
                 Err(message) => Err(message),
             },
@@ -190,20 +195,13 @@ fn converse(server: Arc<Server>, size: [u32; 2], stream: Vec<u8>) -> Result<Stat
     Ok(if has_failed && !is_terminal { Status::Failed } else { Status::Success })
 }
 
-/// Prints answers, and returns whether nothing was refused.
-fn say_answers(lines: Vec<String>, is_refused: bool) -> bool {
-    for line in lines {
-        output::print(format!("{line}\n"));
-    }
-    !is_refused
-}
-
 /// Does what a word to the prompt itself asks for.
 fn obey(word: &Typed<'_>, session: &mut Session) -> Result<(), String> {
     let broken = |e: std::io::Error| format!("the render thread cannot be reached: {e}");
     match word {
         Typed::Help(None) => {
-            output::print(session.run(b"HELP\n".to_vec()).map_err(broken)?.lines.join("\n") + "\n");
+            let answers = session.run(b"HELP\n".to_vec()).map_err(broken)?;
+            answers.lines.iter().for_each(|line| output::print(format!("{}\n", line.text)));
             output::print("The prompt's own words:\n");
             for (form, about) in OWN_WORDS {
                 output::print(format!("{form}: {about}\n"));

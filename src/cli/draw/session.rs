@@ -4,7 +4,7 @@
 //! again, on a new connection and a cleared frame. A test compares it with the saved stream, played
 //! from the start.
 
-use super::connection::{Answers, Connection};
+use super::connection::{Answers, Connection, Line};
 use crate::memory::{DepthFormat, VideoMemory};
 use crate::server::Server;
 use std::io;
@@ -46,13 +46,27 @@ impl Session {
             // again.
             Err(_) => {
                 self.redraw()?;
-                let lines = vec!["the connection was closed by this command, which is left out".to_owned()];
-                return Ok(Answers { lines, is_refused: true, is_reply: false });
+                let text = "the connection was closed by this command, which is left out".to_owned();
+                let lines = vec![Line { number: None, text }];
+                return Ok(Answers { lines, is_refused: true, is_reply: false, is_closed: true });
             }
         };
         if !answers.is_refused && !answers.is_reply {
             self.steps.push(commands);
             self.undone.clear();
+        }
+        Ok(answers)
+    }
+
+    /// Runs the whole commands of a file. All are listed, as one step: what is refused has no effect.
+    ///
+    /// # Errors
+    /// If there is no new connection after the server has closed this one.
+    pub fn run_file(&mut self, commands: Vec<u8>) -> io::Result<Answers> {
+        let listed = self.steps.len();
+        let answers = self.run(commands.clone())?;
+        if self.steps.len() == listed && !answers.is_closed {
+            self.steps.push(commands);
         }
         Ok(answers)
     }
@@ -175,21 +189,23 @@ impl Session {
     }
 }
 
-/// Removes the size that a stream's first command states: here it would not be the first.
-pub(super) fn drop_size(stream: &mut Vec<u8>) {
+/// Removes the size that a stream's first command states: here it would not be the first. Returns
+/// whether there was one.
+pub(super) fn drop_size(stream: &mut Vec<u8>) -> bool {
     let mut at = 0;
     for line in stream.split_inclusive(|&b| b == b'\n') {
         let words: Vec<&[u8]> = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).collect();
         if matches!(words[..], [verb, _, _] if verb.eq_ignore_ascii_case(b"SIZE")) {
             let end = at + line.len();
             stream.drain(at..end);
-            return;
+            return true;
         }
         if !words.is_empty() && !line.starts_with(b"#") {
-            return;
+            return false;
         }
         at += line.len();
     }
+    false
 }
 
 /// Returns whether a command only waits.

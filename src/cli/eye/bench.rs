@@ -23,6 +23,10 @@ pub(super) struct Bench {
 
 impl Bench {
     pub fn run(&self) -> Status {
+        if let Err(message) = self.check() {
+            say_as_program(message);
+            return Status::BadArguments;
+        }
         let effort = if self.quick { Effort::QUICK } else { Effort::FULL };
         let sections = experiments().into_iter().filter(|e| matches!(e.id, "fan" | "eye"));
         let sections = sections.map(|experiment| Section::of(experiment, &effort));
@@ -48,5 +52,17 @@ impl Bench {
             return Status::Failed;
         }
         if broken.is_empty() { Status::Success } else { Status::Failed }
+    }
+
+    /// Checks the name of the output before anything is measured.
+    fn check(&self) -> Result<(), String> {
+        let Some(path) = &self.out else { return Ok(()) };
+        if !path.extension().is_some_and(|ending| ending == "html" || ending == "svg") {
+            return Err(format!("{}: expected .html or .svg", path.display()));
+        }
+        match path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+            Some(folder) => Err(format!("{}: there is no folder {}", path.display(), folder.display())),
+            None => Ok(()),
+        }
     }
 }

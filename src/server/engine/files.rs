@@ -60,7 +60,7 @@ impl FileReader {
     /// `EPERM` without a folder.
     pub fn check_source(&self, path: &str) -> Result<(), Fault> {
         if let FileSource::LoadFolder(None) = self.source {
-            let message = "files need a folder to be loaded from, and there is none";
+            let message = "files are loaded from the folder of --load-dir, and none is given";
             return Err(Fault::new(Code::Perm, message).got(path));
         }
         Ok(())

@@ -44,6 +44,17 @@ impl CommandError {
     }
 }
 
+impl Notice {
+    /// Formats the notice as `play` prints it after the program's name.
+    pub fn play_line(&self, file: &str) -> String {
+        match self {
+            Notice::Refused(refused) => refused.play_line(file),
+            Notice::Warning(warning) => warning.clone(),
+            Notice::Remark { place, verb, text } => format!("{file}:{}: {verb}: {text}", place.line),
+        }
+    }
+}
+
 /// Message to the owner of a stream, beside the replies.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Notice {
