@@ -26,6 +26,7 @@ mod record_gate;
 mod render;
 mod render_args;
 mod render_output;
+mod replies;
 mod report;
 mod run;
 mod scene_file;

@@ -458,13 +458,13 @@ fn read_size(mut file: &File) -> Result<Option<FrameSize>, String> {
     size_of_stream(&first)
 }
 
-/// Returns the frame size that a stream's first line or first command states.
+/// Returns the frame size that a recording's first line or a stream's first command states.
 ///
 /// # Errors
 /// A message if it is no size of a frame.
 pub(super) fn size_of_stream(first: &[u8]) -> Result<Option<FrameSize>, String> {
     if let Some(size) = first.split(|&b| b == b'\n').next().and_then(recorded_size) {
-        return Ok(size.parse().ok());
+        return size.parse().map(Some).map_err(|e| format!("the recording's frame size {size}: {e}"));
     }
     match stated_size(first) {
         Some([w, h]) => format!("{w}x{h}").parse().map(Some).map_err(|e| format!("SIZE {w} {h}: {e}")),

@@ -5,6 +5,7 @@ use super::magic::CommandInput;
 use super::output::Stdout;
 use super::play::open_stream;
 use super::progress::Watched;
+use super::replies::{REPORT_ERRORS, Replies};
 use super::{Status, say_as_program};
 use clap::Args;
 use std::io::{self, Read, Write};
@@ -66,7 +67,8 @@ impl Send {
         let Ok(replies) = wire.try_clone() else { return Status::Failed };
         let printer = std::thread::spawn(move || print(replies));
         let mut buffer = vec![0; 1 << 16];
-        let mut sent = Ok(());
+        // Otherwise errors of a stream that Pixelflut has as well would be counted only.
+        let mut sent = wire.write_all(REPORT_ERRORS).map_err(|e| (self.address.clone(), e));
         while sent.is_ok() {
             match input.read(&mut buffer) {
                 Ok(0) => break,
@@ -95,35 +97,27 @@ fn is_hang_up(e: &io::Error) -> bool {
     matches!(e.kind(), io::ErrorKind::BrokenPipe | io::ErrorKind::ConnectionReset)
 }
 
-/// Copies replies to standard output. Returns whether one of their lines was an error.
-///
-/// Binary parts of replies are scanned like lines: one that happened to contain `\nERR ` would
-/// count, with no worse effect than a status of 1.
-fn print(mut replies: Wire) -> bool {
-    let (mut buffer, mut start, mut has_errors) = (vec![0; 1 << 16], Vec::new(), false);
+/// Prints replies on standard output. Returns whether one of their lines was an error.
+fn print(mut wire: Wire) -> bool {
+    let (mut buffer, mut text, mut replies) = (vec![0; 1 << 16], Vec::new(), Replies::default());
     let mut out = Stdout;
     let mut is_heard = true;
     loop {
-        match replies.read(&mut buffer) {
-            Ok(0) => break,
-            Ok(n) => {
-                for &byte in &buffer[..n] {
-                    match byte {
-                        b'\n' => start.clear(),
-                        _ if start.len() < 5 => {
-                            start.push(byte);
-                            has_errors |= start == b"ERR ";
-                        }
-                        _ => {}
-                    }
-                }
-                is_heard = is_heard && out.write_all(&buffer[..n]).and_then(|()| out.flush()).is_ok();
-            }
-            Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
-            Err(_) => break,
+        let count = match wire.read(&mut buffer) {
+            Ok(count) => count,
+            Err(e) if e.kind() == io::ErrorKind::Interrupted => continue,
+            Err(_) => 0,
+        };
+        text.clear();
+        match count {
+            0 => replies.finish(&mut text),
+            _ => replies.take(&buffer[..count], &mut text),
+        }
+        is_heard = is_heard && out.write_all(&text).and_then(|()| out.flush()).is_ok();
+        if count == 0 {
+            return replies.has_errors;
         }
     }
-    has_errors
 }
 
 /// A connection to a server.

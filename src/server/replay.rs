@@ -294,6 +294,8 @@ impl Replay {
     }
 
     /// Returns the camera of the connection whose commands ran last.
+    // Only the viewer asks.
+    #[cfg_attr(not(feature = "cli"), expect(dead_code))]
     pub fn camera(&self) -> Camera {
         self.camera
     }

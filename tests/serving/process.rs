@@ -288,6 +288,25 @@ fn small_clients_send_and_take_pictures() {
         let bytes = std::fs::read(&picture).unwrap();
         assert_eq!((bytes.len(), &bytes[(20 * 3 + 2) * 4..][..4]), (800, &[255, 128, 0, 255][..]));
     }
+    // Errors come for verbs of Pixelflut, too, with their places in the file; a word of its own in the
+    // bytes of a reply is none.
+    std::fs::write(&stream, "PX 0 0 45525220\nCLAER red\nREAD 0 0 1 1\nPX 1\n").unwrap();
+    let out = fbptr().args(["send", &address, text(&stream)]).output().unwrap();
+    assert_eq!(out.status.code(), Some(1));
+    let said = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert!(said.starts_with("ERR 2 16 EVERB CLAER: ") && said.contains("ERR 4 39 EARGS PX: "), "{said}");
+    std::fs::write(&stream, b"\x89PNG\r\n\x1a\n\0").unwrap();
+    let out = fbptr().args(["send", &address, text(&stream)]).output().unwrap();
+    assert_eq!(out.status.code(), Some(2));
+    assert!(
+        String::from_utf8_lossy(&out.stderr).ends_with(": a PNG picture; expected a stream of commands\n")
+    );
+    if let (Some(folder), Some(name)) = (socket.parent(), socket.file_name()) {
+        let picture = text(&folder.join("q.raw")).to_owned();
+        let mut snap = fbptr();
+        let by_name = snap.args(["snap", name.to_str().unwrap(), &picture]).current_dir(folder);
+        assert!(by_name.status().unwrap().success(), "a socket in the current folder");
+    }
     std::fs::write(&stream, "LINE 1\n").unwrap();
     assert_eq!(fbptr().args(["send", &address, text(&stream)]).output().unwrap().status.code(), Some(1));
     assert_eq!(fbptr().args(["send", &address, "no such file"]).output().unwrap().status.code(), Some(2));

@@ -1,7 +1,7 @@
 //! One connection of the prompt to the render thread, over pipes: the protocol as every other
 //! client speaks it, with its errors and limits.
 
-use crate::command::{Reply, Verb};
+use crate::cli::replies::{REPORT_ERRORS, announced_bytes};
 use crate::server::Server;
 use std::io::{self, BufRead, BufReader, PipeReader, PipeWriter, Read, Write};
 
@@ -47,7 +47,7 @@ impl Connection {
         let (from, output) = io::pipe()?;
         server.serve_pipe(Box::new(input), Box::new(output), || ())?;
         let mut connection = Connection { to, from: BufReader::new(from), syncs: 0, lines: 0 };
-        connection.exchange(b"ERRORS report\n")?;
+        connection.exchange(REPORT_ERRORS)?;
         Ok(connection)
     }
 
@@ -95,7 +95,7 @@ fn answers(from: &mut impl BufRead, end: &str, before: u64) -> io::Result<Answer
             "EVENT" | "FRAME" => {}
             _ => {
                 answers.is_reply = true;
-                let bytes = announced_bytes(word, &line);
+                let bytes = announced_bytes(&line);
                 if bytes > 0 {
                     io::copy(&mut from.take(bytes), &mut io::sink())?;
                 }
@@ -111,14 +111,6 @@ fn placed(line: &str, before: u64) -> Line {
     let number = words.next().and_then(|number| number.parse::<u64>().ok());
     let text = words.nth(1).unwrap_or(line).to_owned();
     Line { number: number.map(|number| number.saturating_sub(before)), text }
-}
-
-/// Returns the number of bytes that follow a line of a reply.
-fn announced_bytes(word: &str, line: &str) -> u64 {
-    let has_bytes =
-        Verb::find(word.as_bytes()).is_some_and(|v| matches!(v.reply, Reply::Bytes | Reply::ByForm));
-    let announced = line.rsplit(' ').next().and_then(|last| last.strip_prefix(':'));
-    announced.filter(|_| has_bytes).and_then(|digits| digits.parse().ok()).unwrap_or(0)
 }
 
 #[cfg(test)]
