@@ -114,10 +114,12 @@ fn explained(reason: EmptyDraw, scene: &Scene, options: &SceneOptions) -> String
     let Some((low, high)) = scene.bounds() else { return reason.to_string() };
     let nearest = eye.clamp(low, high).distance(eye);
     let farthest = (eye - low).abs().max((eye - high).abs()).length();
+    // In f32, for few digits.
+    let [nearest, farthest, near, far] = [nearest, farthest, near, far].map(|distance| distance as f32);
     if nearest > far {
-        format!("{reason}; all of it is {nearest:.6} or more away, and the far plane is at {far}: see --far")
+        format!("{reason}; all of it is {nearest} or more away, and the far plane is at {far}: see --far")
     } else if farthest < near {
-        format!("{reason}; all of it is within {farthest:.6}, and the near plane is at {near}: see --near")
+        format!("{reason}; all of it is within {farthest}, and the near plane is at {near}: see --near")
     } else {
         reason.to_string()
     }

@@ -290,11 +290,11 @@ fn small_clients_send_and_take_pictures() {
     }
     // Errors come for verbs of Pixelflut, too, with their places in the file; a word of its own in the
     // bytes of a reply is none.
-    std::fs::write(&stream, "PX 0 0 45525220\nCLAER red\nREAD 0 0 1 1\nPX 1\n").unwrap();
+    std::fs::write(&stream, "PX 0 0 45525220\nLNIE 1234\nREAD 0 0 1 1\nPX 1\n").unwrap();
     let out = fbptr().args(["send", &address, text(&stream)]).output().unwrap();
     assert_eq!(out.status.code(), Some(1));
     let said = String::from_utf8_lossy(&out.stdout).into_owned();
-    assert!(said.starts_with("ERR 2 16 EVERB CLAER: ") && said.contains("ERR 4 39 EARGS PX: "), "{said}");
+    assert!(said.starts_with("ERR 2 16 EVERB LNIE: ") && said.contains("ERR 4 39 EARGS PX: "), "{said}");
     std::fs::write(&stream, b"\x89PNG\r\n\x1a\n\0").unwrap();
     let out = fbptr().args(["send", &address, text(&stream)]).output().unwrap();
     assert_eq!(out.status.code(), Some(2));

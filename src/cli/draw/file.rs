@@ -50,19 +50,18 @@ impl Stream {
             return Err(format!("{name}: a recording, which `fbptr play` and `fbptr view` show"));
         }
         let size = size_of_stream(&bytes).map_err(|e| format!("{name}: {e}"))?;
-        // As in `play`, the last line of a file may lack its end.
-        if bytes.last().is_some_and(|&last| last != b'\n') {
-            bytes.push(b'\n');
-        }
         let mut ends = Ends::default();
         let mut decoder = Decoder::new(Limits::default());
         if decoder.feed(&bytes, &mut ends) != Flow::Stop {
             ends.is_at_end = true;
             // What is incomplete has been noted.
-            let _ = decoder.finish(EndOfInput::Stream, &mut ends);
+            let _ = decoder.finish(EndOfInput::File, &mut ends);
         }
-        if let Some(end) = ends.end {
-            bytes.truncate(end as usize);
+        match ends.end {
+            Some(end) => bytes.truncate(end as usize),
+            // As in `play`, the last line of a file may lack its end.
+            None if bytes.last().is_some_and(|&last| last != b'\n') => bytes.push(b'\n'),
+            None => {}
         }
         let error = ends.error.map(|error| error.play_line(&name));
         let skipped_lines = u64::from(session::drop_size(&mut bytes));
@@ -114,6 +113,10 @@ mod tests {
             ("SIZE 8 6\nCLEAR red\nQUIT\nCLEAR blue\n", "CLEAR red\n", None),
             ("CLEAR red\nTEXT 0 0 white :5\nhel", "CLEAR red\n", Some("f:2: EPROTO TEXT: ")),
             ("NOPE\nPX 1 1 ff0000\n", "NOPE\nPX 1 1 ff0000\n", None),
+            ("CLEAR red\nNOPE", "CLEAR red\n", Some("f:2: EVERB NOPE: ")),
+            // A binary pixel that lacks its last byte: an LF would complete it.
+            ("CLEAR red\nPB123456\x01", "CLEAR red\n", Some("f:2: EPROTO PB: ")),
+            ("CLEAR red\nTEXT 0 0 white :5\nhello", "CLEAR red\nTEXT 0 0 white :5\nhello\n", None),
             ("", "", None),
         ] {
             let stream = Stream::new("f".into(), bytes.into()).unwrap();
