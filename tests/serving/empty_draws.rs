@@ -133,7 +133,7 @@ fn play_names_file_and_line_and_ends_well() {
     let out =
         fbptr().args(["play", file.to_str().unwrap(), "--headless"]).stdin(Stdio::null()).output().unwrap();
     let told = String::from_utf8(out.stderr).unwrap();
-    let want = format!("{}:3: DRAW: all of it is black: there is no light", file.display());
+    let want = format!("fbptr: {}:3: DRAW: all of it is black: there is no light", file.display());
     assert!(told.starts_with(&want) && told.lines().count() == 1, "{told}");
     assert_eq!(out.status.code(), Some(0));
 }
