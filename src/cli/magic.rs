@@ -107,7 +107,7 @@ pub(super) struct CommandInput<R> {
     has_failed: Arc<AtomicBool>,
 }
 
-/// What is known of an input.
+/// Result of the look at the first bytes of an input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum InputState {
     /// Nothing was read.

@@ -150,6 +150,14 @@ pub fn main() -> ExitCode {
     output::ended(status).into()
 }
 
+/// Checks that the folder of a file to be written exists.
+fn check_folder(path: &std::path::Path) -> Result<(), String> {
+    match crate::save::missing_folder(path) {
+        Some(folder) => Err(format!("{}: there is no folder {}", path.display(), folder.display())),
+        None => Ok(()),
+    }
+}
+
 /// Prints a line on stderr. Errors of writing are ignored.
 pub(crate) fn say(line: &str) {
     progress::clear_line();

@@ -41,10 +41,7 @@ impl MovieArgs {
     pub fn check(&self) -> Result<(), String> {
         let Some(path) = &self.movie else { return Ok(()) };
         MovieFormat::of_path(path).map_err(|e| e.to_string())?;
-        match path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
-            Some(folder) => Err(format!("{}: there is no folder {}", path.display(), folder.display())),
-            None => Ok(()),
-        }
+        super::check_folder(path)
     }
 
     /// Creates the requested movie, if any, with the CRT look where files have it.

@@ -102,8 +102,8 @@ fn not_negative(text: &str) -> Result<f64, String> {
 struct Drawn {
     /// Its plan, if requested.
     plan: String,
-    /// Why it shows nothing of the scene, if so.
-    is_empty: Option<String>,
+    /// Reason for which it shows nothing of the scene, if it does not.
+    empty_reason: Option<String>,
 }
 
 /// Returns the reason why nothing of a scene is shown, with the argument that would show it if that
@@ -268,7 +268,7 @@ impl Render {
                         plans.push_str(&drawn.plan);
                     }
                     if let Some(reason) =
-                        drawn.is_empty.filter(|_| !std::mem::replace(&mut is_reported, true))
+                        drawn.empty_reason.filter(|_| !std::mem::replace(&mut is_reported, true))
                     {
                         say_as_program(format_args!("{}: frame {frame}: {reason}", self.scene.display()));
                     }
@@ -327,7 +327,7 @@ impl Render {
         let stats = renderer
             .draw_scene(&mut target, scene, options)
             .map_err(|e| refused(format!("{}: {e}", self.scene.display())))?;
-        let is_empty = EmptyDraw::of_scene(&stats, scene, options, &memory);
+        let reason = EmptyDraw::of_scene(&stats, scene, options, &memory);
         self.write(&memory, depth.as_ref(), frame, output)?;
         // Once, and after the frame, whose bytes it cannot change.
         if self.explain && self.frames.is_none_or(|n| n == 1) {
@@ -335,8 +335,8 @@ impl Render {
                 .map_err(|e| refused(e.to_string()))?;
             plan.push_str(&bill.to_string());
         }
-        let is_empty = is_empty.map(|reason| explained(reason, scene, options));
-        Ok(Drawn { plan, is_empty })
+        let empty_reason = reason.map(|reason| explained(reason, scene, options));
+        Ok(Drawn { plan, empty_reason })
     }
 
     /// Writes one picture, and its depth if requested.

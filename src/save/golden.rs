@@ -12,7 +12,7 @@
 //! golden file. With `BLESS=1` in the environment the golden file is rewritten, and the test fails
 //! all the same: a run that rewrites proves nothing.
 
-use super::{SaveError, crc32, to_path};
+use super::{SaveError, crc32, missing_folder, to_path};
 use crate::memory::{MemoryError, VideoMemory};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -218,8 +218,7 @@ pub fn check(
         return Err(GoldenError::Blessed { golden: golden.to_owned(), crc: crc32(actual) });
     }
     let golden = golden.to_owned();
-    let folder = golden.parent().filter(|folder| *folder != Path::new("") && !folder.is_dir());
-    if let Some(folder) = folder.map(Path::to_owned) {
+    if let Some(folder) = missing_folder(&golden).map(Path::to_owned) {
         return Err(GoldenError::NoFolder { golden, folder });
     }
     if !golden.exists() {

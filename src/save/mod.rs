@@ -28,6 +28,11 @@ use crate::error::Code;
 use std::io;
 use std::path::{Path, PathBuf};
 
+/// Returns the folder of a file to be written, if it does not exist.
+pub(crate) fn missing_folder(path: &Path) -> Option<&Path> {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir())
+}
+
 /// Reason why a picture was not written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SaveError {

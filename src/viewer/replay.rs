@@ -1,4 +1,5 @@
-//! Command streams and recordings in the viewer: replayed with the viewer's overrides, up to the shown frame.
+//! Command streams and recordings in the viewer: replayed with the viewer's overrides, up to the
+//! shown frame.
 //!
 //! A frame is the picture at a `PRESENT`; a stream without one is one frame. When the overrides
 //! change or time goes back, the stream is replayed from its beginning on a new engine, so every

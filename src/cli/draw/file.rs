@@ -1,16 +1,14 @@
-//! The stream that `draw FILE` goes on with.
+//! The stream that `draw FILE` continues.
 //!
-//! In: a file's bytes. Out: whole commands up to the file's end or its `QUIT`, so that none of them
-//! waits for the rest of a payload, and the error of a last one that is cut off. Promise: the
-//! commands are those that `play` runs, but for `SIZE`. Tested below and by `tests/cli/draw.rs`.
+//! In: a file's bytes. Out: its complete commands up to the end or `QUIT`, none of which lacks a
+//! part of its payload, and the error of a last one that is cut off. Promise: the commands are those that `play` runs, but for `SIZE`. Tested below and by `tests/cli/draw.rs`.
 
-use super::{MAX_FILE_BYTES, session};
+use super::{read_all, session};
 use crate::cli::FrameSize;
 use crate::cli::play::{open_stream, size_of_stream};
 use crate::command::{Command, Decoder, EndOfInput, Flow, Limits, Sink, StreamError, StreamPosition};
 use crate::memory::Rgba;
 use crate::server::RECORD_MAGIC;
-use std::io::Read;
 use std::path::Path;
 
 /// Commands of a file.
@@ -18,7 +16,7 @@ use std::path::Path;
 pub(super) struct Stream {
     /// Name of the file, for messages.
     pub name: String,
-    /// Whole commands.
+    /// Complete commands.
     pub bytes: Vec<u8>,
     /// Frame size that the file states.
     pub size: Option<FrameSize>,
@@ -36,11 +34,7 @@ impl Stream {
     pub fn read(path: &Path) -> Result<Stream, String> {
         let name = path.display().to_string();
         let (file, _) = open_stream(path, &name)?;
-        let mut bytes = Vec::new();
-        file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(|e| format!("{name}: {e}"))?;
-        if bytes.len() as u64 > MAX_FILE_BYTES {
-            return Err(format!("{name}: over {MAX_FILE_BYTES} bytes"));
-        }
+        let bytes = read_all(file, &name)?;
         Stream::new(name, bytes)
     }
 
@@ -69,7 +63,7 @@ impl Stream {
     }
 }
 
-/// Finds where the whole commands of a stream end.
+/// Finds where the complete commands of a stream end.
 #[derive(Default)]
 struct Ends {
     is_at_end: bool,

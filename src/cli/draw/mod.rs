@@ -66,8 +66,8 @@ impl Draw {
             SnapshotFormat::of_path(snap).map_err(|e| e.to_string())?;
         }
         let stream = self.file.as_deref().map(Stream::read).transpose()?;
-        let stated = stream.as_ref().and_then(|stream| stream.size);
-        let FrameSize { width, height } = self.size.or(stated).unwrap_or(FrameSize::DEFAULT);
+        let size_of_file = stream.as_ref().and_then(|stream| stream.size);
+        let FrameSize { width, height } = self.size.or(size_of_file).unwrap_or(FrameSize::DEFAULT);
         let limits = Limits { memory_bytes: self.drawing.memory_bytes(), ..Limits::default() };
         let mut engine =
             Engine::with_limits(width, height, limits.for_frame(width, height)).map_err(|e| e.message)?;
@@ -293,13 +293,17 @@ fn typed_payload(count: usize, prompt: &mut Prompt) -> Result<Vec<u8>, String> {
 
 /// Reads a file that is named on the command line or at the prompt.
 fn read_file(path: &Path) -> Result<Vec<u8>, String> {
-    let failed = |e: std::io::Error| format!("{}: {e}", path.display());
-    let file = std::fs::File::open(path).map_err(failed)?;
+    let name = path.display().to_string();
+    read_all(std::fs::File::open(path).map_err(|e| format!("{name}: {e}"))?, &name)
+}
+
+/// Reads an open file to its end.
+fn read_all(file: std::fs::File, name: &str) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     let mut limited = std::io::Read::take(file, MAX_FILE_BYTES + 1);
-    std::io::Read::read_to_end(&mut limited, &mut bytes).map_err(failed)?;
+    std::io::Read::read_to_end(&mut limited, &mut bytes).map_err(|e| format!("{name}: {e}"))?;
     match bytes.len() as u64 > MAX_FILE_BYTES {
-        true => Err(format!("{}: over {MAX_FILE_BYTES} bytes", path.display())),
+        true => Err(format!("{name}: over {MAX_FILE_BYTES} bytes")),
         false => Ok(bytes),
     }
 }

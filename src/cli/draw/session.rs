@@ -58,7 +58,8 @@ impl Session {
         Ok(answers)
     }
 
-    /// Runs the whole commands of a file. All are listed, as one step: what is refused has no effect.
+    /// Runs the complete commands of a file. All are listed, as one step: what is refused has no
+    /// effect.
     ///
     /// # Errors
     /// If there is no new connection after the server has closed this one.

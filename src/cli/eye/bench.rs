@@ -1,7 +1,7 @@
 //! `fbptr eye --bench`: speed against error of fans of rays, for several spaces and screens.
 
 use crate::cli::report::machine;
-use crate::cli::{Status, output, say_as_program};
+use crate::cli::{Status, check_folder, output, say_as_program};
 use crate::measure::{Effort, Report, Section, experiments, eye_goals, scaling_studies, write};
 use crate::save;
 use clap::Args;
@@ -60,9 +60,6 @@ impl Bench {
         if !path.extension().is_some_and(|ending| ending == "html" || ending == "svg") {
             return Err(format!("{}: expected .html or .svg", path.display()));
         }
-        match path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
-            Some(folder) => Err(format!("{}: there is no folder {}", path.display(), folder.display())),
-            None => Ok(()),
-        }
+        check_folder(path)
     }
 }

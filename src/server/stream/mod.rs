@@ -32,7 +32,8 @@ pub struct CommandError {
 }
 
 impl CommandError {
-    /// Formats the error as `play` prints it after the program's name: `FILE:LINE: CODE VERB: message`.
+    /// Formats the error as `play` prints it after the program's name: `FILE:LINE: CODE VERB:
+    /// message`.
     pub fn play_line(&self, file: &str) -> String {
         match &self.raw_token {
             Some(token) => {
@@ -40,17 +41,6 @@ impl CommandError {
                 format_play_error(file, self.place, &self.verb, *code, message, Some(token))
             }
             None => format_play_fault(file, self.place, &self.verb, &self.fault),
-        }
-    }
-}
-
-impl Notice {
-    /// Formats the notice as `play` prints it after the program's name.
-    pub fn play_line(&self, file: &str) -> String {
-        match self {
-            Notice::Refused(refused) => refused.play_line(file),
-            Notice::Warning(warning) => warning.clone(),
-            Notice::Remark { place, verb, text } => format!("{file}:{}: {verb}: {text}", place.line),
         }
     }
 }
@@ -71,6 +61,17 @@ pub enum Notice {
         /// Explanation in one line.
         text: &'static str,
     },
+}
+
+impl Notice {
+    /// Formats the notice as `play` prints it after the program's name.
+    pub fn play_line(&self, file: &str) -> String {
+        match self {
+            Notice::Refused(refused) => refused.play_line(file),
+            Notice::Warning(warning) => warning.clone(),
+            Notice::Remark { place, verb, text } => format!("{file}:{}: {verb}: {text}", place.line),
+        }
+    }
 }
 
 /// Output of a stream.
