@@ -12,6 +12,9 @@ pub struct Overlay {
     pub bottom: Vec<String>,
     /// The inspector, if it is shown.
     pub zoom: Option<Zoom>,
+    /// Rectangles of the frame that hold text, which the lower text must not cover: left, top,
+    /// right, bottom, in pixels.
+    pub captions: Vec<[usize; 4]>,
 }
 
 /// The enlarged pixels around the pointer, and details of the middle one.

@@ -34,6 +34,9 @@ const NEAR_PART: f64 = 1.0 / 500.0;
 
 /// Height of a caption.
 const CAPTION: usize = 24;
+/// Number of lines in the fourth part, and their distance before scaling.
+const NUMBER_LINES: usize = 7;
+const LINE_HEIGHT: usize = 12;
 
 impl Split {
     /// Returns the next comparison; `None` after the last.
@@ -94,6 +97,15 @@ impl SplitScreen {
         (w >= 8 && h >= 8).then_some([w, h])
     }
 
+    /// Returns the rectangles of the text in a frame of `size` pixels: left, top, right, bottom.
+    pub fn captions(size: [usize; 2]) -> Vec<[usize; 4]> {
+        let Some([w, h]) = Self::panel(size) else { return Vec::new() };
+        let [a, b, difference, [x, y]] = Self::places([w, h]);
+        let below = |[x, y]: [usize; 2]| [x, y + h, x + w, y + h + CAPTION];
+        let numbers = [x, y, x + w, y + NUMBER_LINES * LINE_HEIGHT * scale_of(w)];
+        vec![below(a), below(b), below(difference), numbers]
+    }
+
     /// Draws a scene in both modes into `memory`, whose size is that of [`SplitScreen::new`].
     pub fn draw(
         &mut self,
@@ -138,6 +150,12 @@ impl SplitScreen {
     }
 }
 
+/// Returns the scale of the text beside and below pictures of `width` pixels: the longest line has
+/// 28 letters.
+fn scale_of(width: usize) -> usize {
+    if width >= 28 * 2 * CELL { 2 } else { 1 }
+}
+
 /// Copies a picture of `width` pixels into a frame.
 fn put(memory: &mut VideoMemory, [x, y]: [usize; 2], rgba: &[u8], width: usize) {
     let stride = memory.width() as usize * 4;
@@ -156,8 +174,7 @@ fn write(
     [w, h]: [usize; 2],
 ) {
     let [left, right] = split.names();
-    // The longest line has 28 letters.
-    let scale = if w >= 28 * 2 * CELL { 2 } else { 1 };
+    let scale = scale_of(w);
     let shown = format!("difference, x{}", difference.factor);
     let mut line = |at: [usize; 2], line: &str, color: Rgba, scale: usize| {
         let line: String = line.chars().take(w / CELL / scale).collect();
@@ -176,6 +193,33 @@ fn write(
     let lines =
         lines.chain(split.reason().map(|l| (l, LESSER))).chain([("", TEXT), ("V: the next two", LESSER)]);
     for (i, (words, color)) in lines.enumerate() {
-        line([x, y + i * 12 * scale], words, color, scale);
+        line([x, y + i * LINE_HEIGHT * scale], words, color, scale);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn captions_are_the_rectangles_of_all_text() {
+        for size in [[1280u32, 720], [960, 720], [320, 240], [96, 128]] {
+            let mut memory = VideoMemory::new(size[0], size[1]).expect("a frame");
+            let panel = SplitScreen::panel(size.map(|s| s as usize)).expect("room");
+            let difference = Difference::of_bytes(&[0, 0, 0, 255], &[9, 0, 0, 255]);
+            write(&mut memory, Split::Shading, &difference, SplitScreen::places(panel), panel);
+            let mut captions: Vec<([usize; 4], usize)> =
+                SplitScreen::captions(size.map(|s| s as usize)).into_iter().map(|c| (c, 0)).collect();
+            assert_eq!(captions.len(), 4);
+            let blank = VideoMemory::new(1, 1).expect("a frame").get_pixel(0, 0);
+            for (x, y) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x as usize, y as usize))) {
+                if memory.get_pixel(x as i32, y as i32) != blank {
+                    let holds = |c: &[usize; 4]| (c[0]..c[2]).contains(&x) && (c[1]..c[3]).contains(&y);
+                    let count = captions.iter_mut().find(|(c, _)| holds(c));
+                    count.unwrap_or_else(|| panic!("{size:?}: text at {x} {y}")).1 += 1;
+                }
+            }
+            assert!(captions.iter().all(|(_, pixels)| *pixels > 0), "{size:?}: {captions:?}");
+        }
     }
 }

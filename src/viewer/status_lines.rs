@@ -1,6 +1,7 @@
 //! Text of the overlay: help, status, plan, inspector.
 
 use super::keys::{Action, Look, help_lines_of};
+use super::split::SplitScreen;
 use super::{Overlay, Show, Subject, Viewer, Zoom};
 use crate::memory::FbPtr;
 use crate::scene::ProjectionChoice;
@@ -11,7 +12,7 @@ const ZOOM_SIDE: usize = 11;
 impl Viewer {
     /// Returns the current overlay.
     pub fn overlay(&mut self) -> Overlay {
-        let mut overlay = Overlay { zoom: self.zoom_box(), ..Overlay::default() };
+        let mut overlay = Overlay { zoom: self.zoom_box(), captions: self.captions(), ..Overlay::default() };
         if self.shows_help {
             overlay.top = self.help();
         } else if self.shows_plan {
@@ -30,6 +31,16 @@ impl Viewer {
             overlay.bottom.extend(self.status());
         }
         overlay
+    }
+
+    /// Returns the rectangles of the frame that hold captions: left, top, right, bottom, in pixels.
+    fn captions(&self) -> Vec<[usize; 4]> {
+        let size = [self.frame.memory.width() as usize, self.frame.memory.height() as usize];
+        match &self.subject {
+            Subject::Space(_) if self.split.is_some() => SplitScreen::captions(size),
+            Subject::Nd(nd) if nd.has_gallery() && self.wishes.shows_gallery => super::nd::captions(size),
+            _ => Vec::new(),
+        }
     }
 
     /// Returns the help lines of the keys that have an effect on the current contents.

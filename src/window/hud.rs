@@ -20,8 +20,9 @@ const SMALLEST_CELL: usize = 4;
 const OFF_FRAME: u32 = 0x0030_0030;
 
 /// Draws all of `overlay` that fits. The lower text is placed in a corner where it covers little of
-/// the picture: `corner` is the previous one, and is updated.
-pub fn draw(canvas: &mut Canvas<'_>, overlay: &Overlay, corner: &mut Corner) {
+/// the picture, and none of `captions`, rectangles of the canvas (left, top, right, bottom):
+/// `corner` is the previous one, and is updated.
+pub fn draw(canvas: &mut Canvas<'_>, overlay: &Overlay, captions: &[[usize; 4]], corner: &mut Corner) {
     let bottom = fitting(&overlay.bottom, canvas.width, canvas.height);
     let [_, bottom_height] = box_size(&bottom.0, bottom.1);
     let mut top = [0; 2];
@@ -36,13 +37,47 @@ pub fn draw(canvas: &mut Canvas<'_>, overlay: &Overlay, corner: &mut Corner) {
         let is_top_free = overlay.top.is_empty() && overlay.zoom.is_none();
         let mut corners = vec![Corner::BottomLeft, Corner::BottomRight];
         corners.extend(is_top_free.then_some([Corner::TopLeft, Corner::TopRight]).into_iter().flatten());
-        let size = box_size(&bottom.0, bottom.1);
-        *corner = Corner::choose(Some(*corner), &corners, canvas, size);
-        draw_box(canvas, corner.place([canvas.width, canvas.height], size), &bottom.0, bottom.1);
+        let (lines, scale) = (&bottom.0, bottom.1);
+        // Where there is no room for all lines, the last ones are left out: they are the status.
+        let mut place = |count: usize| {
+            let size = box_size(&lines[..count], scale);
+            place_beside(captions, &corners, size, canvas, top[1], corner).map(|at| (at, count))
+        };
+        if let Some((at, count)) = (1..=lines.len()).rev().find_map(&mut place) {
+            draw_box(canvas, at, &lines[..count], scale);
+        }
     }
     if let Some(zoom) = &overlay.zoom {
         draw_zoom(canvas, zoom, top, bottom_height + 2 * EDGE);
     }
+}
+
+/// Returns the upper left corner of a box of `size` that covers no caption: in one of `corners`,
+/// otherwise above the captions on the left, not above row `top`. `None` if there is no room.
+fn place_beside(
+    captions: &[[usize; 4]],
+    corners: &[Corner],
+    size: [usize; 2],
+    canvas: &Canvas<'_>,
+    top: usize,
+    corner: &mut Corner,
+) -> Option<[usize; 2]> {
+    let canvas_size = [canvas.width, canvas.height];
+    let covered = |[x, y]: [usize; 2]| {
+        let meets = |c: &&[usize; 4]| x <= c[2] && c[0] <= x + size[0] && y <= c[3] && c[1] <= y + size[1];
+        captions.iter().find(meets)
+    };
+    let is_clear = |corner: &Corner| covered(corner.place(canvas_size, size)).is_none();
+    let clear: Vec<Corner> = corners.iter().copied().filter(is_clear).collect();
+    if !clear.is_empty() {
+        *corner = Corner::choose(Some(*corner), &clear, canvas, size);
+        return Some(corner.place(canvas_size, size));
+    }
+    let mut at = Corner::BottomLeft.place(canvas_size, size);
+    while let Some(caption) = covered(at) {
+        at[1] = caption[1].checked_sub(size[1] + 1)?;
+    }
+    (at[1] >= top).then_some(at)
 }
 
 /// Lays out lines for a box of `width` x `height`. Returns them and their scale: twice the font's
@@ -226,7 +261,7 @@ mod tests {
         let text = |zoom: Option<Zoom>| {
             let mut words = vec![0; width * height];
             let overlay = Overlay { top: top.clone(), zoom, ..Overlay::default() };
-            draw(&mut Canvas { words: &mut words, width, height }, &overlay, &mut Corner::BottomLeft);
+            draw(&mut Canvas { words: &mut words, width, height }, &overlay, &[], &mut Corner::BottomLeft);
             let [w, h] = box_size(&top, 2);
             let inside = |i: &usize| (i % width) < EDGE + w && i / width < EDGE + h;
             (0..words.len()).filter(inside).map(|i| words[i]).collect::<Vec<u32>>()
@@ -246,17 +281,53 @@ mod tests {
             words[rows.start * width..rows.end * width].contains(&word(crate::draw2d::look::TEXT))
         };
         let (mut blank, mut corner) = (vec![0; width * height], Corner::BottomLeft);
-        draw(&mut Canvas { words: &mut blank, width, height }, &overlay, &mut corner);
+        draw(&mut Canvas { words: &mut blank, width, height }, &overlay, &[], &mut corner);
         assert!(lit(&blank, 70..100) && !lit(&blank, 0..70));
         // Grey stripes over the entire foot of the picture.
         let word = |i: usize| if i / width > 80 { (i as u32 % 2) * 0x0080_8080 } else { 0 };
         let mut captioned: Vec<u32> = (0..width * height).map(word).collect();
-        draw(&mut Canvas { words: &mut captioned, width, height }, &overlay, &mut corner);
+        draw(&mut Canvas { words: &mut captioned, width, height }, &overlay, &[], &mut corner);
         assert!(lit(&captioned, 0..30) && !lit(&captioned, 70..100));
         assert!(
             captioned[81 * width..].iter().enumerate().all(|(i, w)| *w == word(81 * width + i)),
             "all is there"
         );
+    }
+
+    #[test]
+    fn the_lower_text_covers_no_caption_in_a_window_of_any_size() {
+        let lines = ["not drawn: why", "a_model.obj | Phong | cull back | hide zbuffer | F1 help"];
+        let mut sizes_without = 0;
+        for has_top in [false, true] {
+            let top = if has_top { vec!["10.0 frames/s".to_owned(); 3] } else { Vec::new() };
+            let bottom = lines.map(str::to_owned).to_vec();
+            let overlay = Overlay { top, bottom, ..Overlay::default() };
+            for (width, height) in [(1280, 720), (640, 360), (480, 270), (320, 180), (200, 112), (96, 54)] {
+                // As on a split screen: below three pictures, and at the top of the fourth part.
+                let (w, h) = (width / 2, height / 2);
+                let captions = [
+                    [8, h - h / 8, w - 8, h - 8],
+                    [w, h - h / 8, width - 8, h - 8],
+                    [8, height - h / 8, w - 8, height - 8],
+                    [w, h, width - 8, height - h / 2],
+                ];
+                let mut words = vec![0; width * height];
+                let mut canvas = Canvas { words: &mut words, width, height };
+                let alone = Overlay { bottom: Vec::new(), ..overlay.clone() };
+                draw(&mut canvas, &alone, &captions, &mut Corner::BottomLeft);
+                let before = words.clone();
+                let mut canvas = Canvas { words: &mut words, width, height };
+                draw(&mut canvas, &overlay, &captions, &mut Corner::BottomLeft);
+                sizes_without += usize::from(words == before);
+                for [left, top, right, bottom] in captions {
+                    for y in top..bottom {
+                        let row = y * width + left..y * width + right;
+                        assert!(words[row.clone()] == before[row], "{width}x{height} {has_top}");
+                    }
+                }
+            }
+        }
+        assert_eq!(sizes_without, 0);
     }
 
     #[test]
@@ -273,9 +344,15 @@ mod tests {
                     top: help_lines(true),
                     bottom: vec!["a status line of some length".into()],
                     zoom: Some(zoom(belongs_left)),
+                    captions: Vec::new(),
                 };
                 let mut words = vec![0x0012_3456; width * height];
-                draw(&mut Canvas { words: &mut words, width, height }, &overlay, &mut Corner::BottomLeft);
+                draw(
+                    &mut Canvas { words: &mut words, width, height },
+                    &overlay,
+                    &[],
+                    &mut Corner::BottomLeft,
+                );
                 assert!(width < 30 || words.iter().any(|&w| w != 0x0012_3456));
             }
         }

@@ -92,6 +92,15 @@ impl Layout {
         [at(x, 0), at(y, 1)]
     }
 
+    /// Returns the rectangle of the window that shows at least a rectangle of the frame: left, top,
+    /// right, bottom.
+    pub fn window_rectangle(&self, [left, top, right, bottom]: [usize; 4]) -> [usize; 4] {
+        let first = |v: usize, axis: usize| self.origin[axis] + v * self.shown[axis] / self.frame[axis];
+        let end =
+            |v: usize, axis: usize| self.origin[axis] + (v * self.shown[axis]).div_ceil(self.frame[axis]);
+        [first(left, 0), first(top, 1), end(right, 0), end(bottom, 1)]
+    }
+
     /// Returns the rows of the window that show rows `rows` of the frame, and no other; with smooth
     /// scaling, neighbours show them too.
     pub fn window_rows(&self, rows: std::ops::Range<usize>) -> std::ops::Range<usize> {
@@ -140,6 +149,22 @@ mod tests {
                 }
             }
             assert_eq!(l.window_rows(0..frame[1]), l.origin[1]..l.origin[1] + l.shown[1]);
+        }
+    }
+
+    #[test]
+    fn a_rectangle_of_the_window_holds_every_pixel_of_the_frames_one() {
+        for (frame, window) in [([7, 5], [23, 19]), ([40, 30], [17, 11]), ([9, 9], [1, 1])] {
+            let layout = Layout::scaled(frame, window, Scaling::Fit);
+            let [left, top, right, bottom] = layout.window_rectangle([2, 1, 6, 4]);
+            let inside = |x: usize, y: usize| (left..right).contains(&x) && (top..bottom).contains(&y);
+            for (x, y) in (0..window[0]).flat_map(|x| (0..window[1]).map(move |y| (x, y))) {
+                let pixel = layout.pixel_at(x as f32, y as f32);
+                if matches!(pixel, Some([px, py]) if (2..6).contains(&px) && (1..4).contains(&py)) {
+                    assert!(inside(x, y), "{layout:?} {x} {y}");
+                }
+            }
+            assert!(right - left <= 4 * layout.shown[0].div_ceil(frame[0]) + 2);
         }
     }
 

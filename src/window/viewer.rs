@@ -205,7 +205,8 @@ impl FrameOnScreen {
         let layout = self.layout(size);
         self.look.convert(viewer.shown().bytes(), &layout, 0..self.frame[1], &mut self.words);
         let mut canvas = Canvas { words: &mut self.words, width: size[0], height: size[1] };
-        hud::draw(&mut canvas, &overlay, &mut self.corner);
+        let captions = overlay.captions.iter().map(|&c| layout.window_rectangle(c)).collect::<Vec<_>>();
+        hud::draw(&mut canvas, &overlay, &captions, &mut self.corner);
         (self.size, self.overlay) = (size, overlay);
         Some(&self.words)
     }

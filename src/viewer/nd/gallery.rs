@@ -45,6 +45,51 @@ struct Panel {
     size: [usize; 2],
 }
 
+/// Positions of the pictures and captions in a frame.
+struct GalleryLayout {
+    /// Wireframe, slice and shadow.
+    panels: [Panel; 3],
+    /// Distance of a caption from its picture.
+    gap: usize,
+    /// Scale of the captions' letters.
+    scale: usize,
+}
+
+impl GalleryLayout {
+    /// Returns the layout of a frame of `size`; `None` if it is too small.
+    fn new(size: [usize; 2]) -> Option<GalleryLayout> {
+        if size.iter().any(|&s| s < LEAST_SIDE) {
+            return None;
+        }
+        let margin = if size[0] >= 640 { MARGIN } else { MARGIN / 4 };
+        // The longest line of the right column has 17 letters.
+        let scale = if size[0] / 3 >= 17 * 2 * CELL { 2 } else { 1 };
+        let gap = margin / 2;
+        let caption = scale * CELL + gap;
+        let (left, height) = (size[0] * 2 / 3 - margin, size[1] - 2 * margin - caption);
+        let right = size[0] - left - 3 * margin;
+        let lower = (size[1] - 3 * margin - 2 * caption) / 2;
+        let main = Panel { at: [margin, margin], size: [left, height] };
+        let slice = Panel { at: [left + 2 * margin, margin], size: [right, lower] };
+        let shadow = Panel { at: [slice.at[0], 2 * margin + caption + lower], size: slice.size };
+        Some(GalleryLayout { panels: [main, slice, shadow], gap, scale })
+    }
+
+    /// Returns the rectangle of a picture's caption: left, top, right, bottom.
+    fn caption(&self, panel: Panel) -> [usize; 4] {
+        let ([x, y], [w, h]) = (panel.at, panel.size);
+        let top = y + h + self.gap;
+        [x, top, x + w, top + self.scale * CELL]
+    }
+}
+
+/// Returns the rectangles of the captions in a frame of `size`: left, top, right, bottom. None if
+/// it is too small for a gallery.
+pub(in crate::viewer) fn captions(size: [usize; 2]) -> Vec<[usize; 4]> {
+    GalleryLayout::new(size)
+        .map_or(Vec::new(), |layout| layout.panels.map(|panel| layout.caption(panel)).to_vec())
+}
+
 impl Gallery {
     /// Returns the gallery of a scene; `None` if it has no wireframe, or its screen is no picture.
     pub fn of(scene: &EyeScene, middle: &[f64]) -> Option<Gallery> {
@@ -58,20 +103,9 @@ impl Gallery {
     /// Draws the gallery. Returns false, with nothing drawn, if the frame is too small.
     pub fn draw(&mut self, nd: &Nd, memory: &mut VideoMemory) -> Result<bool, String> {
         let size = [memory.width() as usize, memory.height() as usize];
-        if size.iter().any(|&s| s < LEAST_SIDE) {
-            return Ok(false);
-        }
+        let Some(layout) = GalleryLayout::new(size) else { return Ok(false) };
         self.backdrop.paint(memory);
-        let margin = if size[0] >= 640 { MARGIN } else { MARGIN / 4 };
-        // The longest line of the right column has 17 letters.
-        let scale = if size[0] / 3 >= 17 * 2 * CELL { 2 } else { 1 };
-        let caption = scale * CELL + margin / 2;
-        let (left, height) = (size[0] * 2 / 3 - margin, size[1] - 2 * margin - caption);
-        let right = size[0] - left - 3 * margin;
-        let lower = (size[1] - 3 * margin - 2 * caption) / 2;
-        let main = Panel { at: [margin, margin], size: [left, height] };
-        let slice = Panel { at: [left + 2 * margin, margin], size: [right, lower] };
-        let shadow = Panel { at: [slice.at[0], 2 * margin + caption + lower], size: slice.size };
+        let [main, slice, shadow] = layout.panels;
         let points = self.points_from_eye(nd);
         self.paint_wireframe(&points, memory, main);
         paint_slice(nd, memory, slice)?;
@@ -83,11 +117,11 @@ impl Gallery {
             (shadow, "shadow: all, flat".to_owned()),
         ];
         for (panel, line) in lines {
-            let most = panel.size[0] / CELL / scale;
+            let most = panel.size[0] / CELL / layout.scale;
             let line: String = line.chars().take(most).collect();
             let color = if panel.at == main.at { TEXT } else { LESSER };
-            let at = [panel.at[0], panel.at[1] + panel.size[1] + margin / 2];
-            letters(memory, at, &line, color, scale);
+            let [left, top, ..] = layout.caption(panel);
+            letters(memory, [left, top], &line, color, layout.scale);
         }
         Ok(true)
     }

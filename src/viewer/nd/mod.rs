@@ -17,6 +17,7 @@ use crate::executor::Executor;
 use crate::eye::{self, ContactSheet, EyePicture, EyeScene, Fibre, MISS, Pose};
 use false_color::in_false_color;
 use gallery::Gallery;
+pub(super) use gallery::captions;
 
 /// Angle of one step, in degrees.
 const TURN_DEG: f64 = 5.0;

@@ -131,6 +131,7 @@ fn v_compares_two_modes_and_comes_round() {
     for split in [Split::Shading, Split::Path, Split::Depth] {
         tap(&mut viewer, Key::V);
         assert_eq!(viewer.split, Some(split));
+        assert_eq!(viewer.overlay().captions.len(), 4);
         let now = picture(&mut viewer);
         assert!(!seen.contains(&now) && !viewer.has_more_to_smooth(), "{split:?}");
         // Below the left picture is the difference: somewhere, and black around.
@@ -147,7 +148,7 @@ fn v_compares_two_modes_and_comes_round() {
     }
     tap(&mut viewer, Key::V);
     viewer.finish_smoothing();
-    assert!(picture(&mut viewer) == whole);
+    assert!(picture(&mut viewer) == whole && viewer.overlay().captions.is_empty());
     tap(&mut viewer, Key::V);
     tap(&mut viewer, Key::Z);
     assert_eq!(viewer.split, None, "the depth is that of one picture");
@@ -175,8 +176,10 @@ fn a_polytope_turns_beside_slice_and_shadow_until_a_key_is_pressed() {
     assert!(picture(&mut viewer) != stopped, "Space lets it turn on");
     tap(&mut viewer, Key::V);
     let alone = picture(&mut viewer);
+    assert!(viewer.overlay().captions.is_empty());
     tap(&mut viewer, Key::V);
     let gallery = picture(&mut viewer);
+    assert_eq!(viewer.overlay().captions.len(), 3);
     assert!(alone != gallery);
     // The eye's looks are seen in its picture alone; 0 returns to the gallery.
     tap(&mut viewer, Key::Two);
