@@ -93,10 +93,18 @@ pub(super) fn of_path(path: &Path) -> io::Result<Option<Content>> {
 }
 
 /// Detects the format of an open regular file by its next bytes, which are consumed.
-pub(super) fn of_file(file: &File) -> io::Result<Option<Content>> {
+fn of_file(file: &File) -> io::Result<Option<Content>> {
     let mut first = Vec::new();
     file.take(FIRST_BYTES).read_to_end(&mut first)?;
     Ok(of_bytes(&first, file.metadata()?.len()))
+}
+
+/// Detects what an open regular file is that should be a stream of commands, by its next bytes,
+/// which are consumed; `None` if it can be one.
+pub(super) fn other_than_commands(file: &File) -> io::Result<Option<Content>> {
+    let mut first = Vec::new();
+    file.take(FIRST_BYTES).read_to_end(&mut first)?;
+    Ok(of_bytes(&first, file.metadata()?.len()).or_else(|| of_no_text(&first)))
 }
 
 /// Standard input as a stream of commands. It ends, with a message, at first bytes that are those of
@@ -135,7 +143,8 @@ impl<R: Read> Read for CommandInput<R> {
         let count = self.read_first(buffer)?;
         self.state = InputState::Commands;
         // A pipe has no length. Only the detection of binary STL uses it.
-        if let Some(content) = of_bytes(&buffer[..count], u64::MAX) {
+        let first = &buffer[..count];
+        if let Some(content) = of_bytes(first, u64::MAX).or_else(|| of_no_text(first)) {
             say_as_program(format_args!("-: {content}; expected a stream of commands"));
             self.has_failed.store(true, Ordering::Release);
             self.state = InputState::Refused;
@@ -192,6 +201,17 @@ fn of_bytes(first: &[u8], length: u64) -> Option<Content> {
     let mesh = || MeshFormat::recognize(first, length).map(Content::Mesh);
     let obj = || is_obj(first).then_some(Content::Mesh(MeshFormat::Obj));
     what.map(Content::Other).or_else(|| of_xml(first)).or_else(mesh).or_else(obj)
+}
+
+/// Detects bytes that begin no stream of commands, whatever they are: text in UTF-16, and a first
+/// line with NUL bytes, unless it begins with a binary command.
+fn of_no_text(first: &[u8]) -> Option<Content> {
+    if first.starts_with(b"\xff\xfe") || first.starts_with(b"\xfe\xff") {
+        return Some(Content::Other("text in UTF-16"));
+    }
+    let line = first.split(|&b| b == b'\n').next().unwrap_or(first);
+    let is_command = line.starts_with(b"PB") || line.starts_with(b"PXMULTI");
+    (line.contains(&0) && !is_command).then_some(Content::Other("a binary file of an unknown format"))
 }
 
 /// Detects what the first bytes of a gzip file contain.
@@ -284,6 +304,16 @@ mod tests {
             CommandInput::new(Slow(bytes), slowly.clone()).read_to_end(&mut read).unwrap();
             assert_eq!(read, b"");
             assert!(at_once.load(Ordering::Acquire) && slowly.load(Ordering::Acquire));
+        }
+        for bytes in [&b"ID3\x03\0\0\nCLEAR red\n"[..], b"\xff\xfeC\0L\0E\0A\0R\0\n\0"] {
+            let (has_failed, mut read) = (failed(), Vec::new());
+            CommandInput::new(bytes, has_failed.clone()).read_to_end(&mut read).unwrap();
+            assert!(read.is_empty() && has_failed.load(Ordering::Acquire));
+        }
+        for commands in [&b"PB\0\0\x01\0abcd"[..], b"PXMULTI\0\0\0\0\0\0\0\0", b"\n\0\n", b"# A\n\0"] {
+            let (has_failed, mut read) = (failed(), Vec::new());
+            CommandInput::new(commands, has_failed.clone()).read_to_end(&mut read).unwrap();
+            assert!(read == commands && !has_failed.load(Ordering::Acquire));
         }
         for commands in [&b"GRID\nPX 1 1\n"[..], b"%\n", b"", b"\x89P"] {
             let (mut read, has_failed) = (Vec::new(), failed());

@@ -432,7 +432,7 @@ pub(super) fn open_stream(path: &Path, name: &str) -> Result<(File, Option<u64>)
     if !meta.is_file() {
         return Ok((file, None));
     }
-    if let Some(content) = magic::of_file(&file).map_err(refused)? {
+    if let Some(content) = magic::other_than_commands(&file).map_err(refused)? {
         return Err(format!("{name}: {content}; expected a stream of commands"));
     }
     (&file).rewind().map_err(refused)?;

@@ -34,6 +34,8 @@ pub use commands::{
     AreaColors, Command, ErrorMode, Figure, FileKind, LightCommand, MeshSource, Quality, RampColor, RealRect,
     Rect, Shears, SnapTarget,
 };
+#[cfg(feature = "engine")]
+pub(crate) use decoder::BYTE_ORDER_MARK;
 pub use decoder::{Decoder, EndOfInput, Limits, MAX_LINE_BYTES};
 pub use encode::{EncodeError, encode};
 pub(crate) use figure::DrawFigure;

@@ -10,10 +10,15 @@ use crate::command::verb::{Payload, Verb};
 use crate::error::{Code, Fault};
 use crate::memory::{Rgba, parse_color};
 
+/// UTF-8's byte order mark, which some editors put before a file's text: skipped there.
+pub(crate) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
 impl Decoder {
     /// Reads one complete line without its end; `rest` is the input after it. Returns the number of
     /// payload bytes read from `rest`.
     pub(super) fn line(&mut self, line: &[u8], rest: &[u8], sink: &mut impl Sink) -> usize {
+        let is_first = self.start.byte == 0;
+        let line = line.strip_prefix(BYTE_ORDER_MARK).filter(|_| is_first).unwrap_or(line);
         if is_idle(line) {
             return 0;
         }

@@ -69,6 +69,22 @@ fn a_payload_that_arrives_in_many_pieces_is_moved_a_few_times() {
 }
 
 #[test]
+fn a_byte_order_mark_is_skipped_at_the_beginning_only() {
+    for split in 0..8 {
+        let stream = b"\xef\xbb\xbfPX 1 2 ff0000\n\xef\xbb\xbfPX 3 4 ff0000\n";
+        let (mut decoder, mut heard) = decoder();
+        let _ = decoder.feed(&stream[..split], &mut heard);
+        let _ = decoder.feed(&stream[split..], &mut heard);
+        assert_eq!(heard.pixels, [(1, 2, [255, 0, 0, 255])], "{split}");
+        assert_eq!(heard.errors, [Code::Verb], "{split}");
+    }
+    let (mut decoder, mut heard) = decoder();
+    let _ = decoder.feed(b"\xef\xbb\xbf# a comment\n\xef\xbb\xbf", &mut heard);
+    let _ = decoder.finish(EndOfInput::File, &mut heard);
+    assert_eq!(heard.errors, [Code::Verb]);
+}
+
+#[test]
 fn one_hex_digit_is_a_grey_where_that_is_accepted() {
     let lines = b"PX 1 2 f\nPX 3 -4 0\npx 5 6 A\nPX 7 8 g\nPX 9 9 fff\nCLEAR f\n";
     let (mut decoder, mut heard) = decoder();

@@ -11,8 +11,8 @@ use super::engine::Pieces;
 use super::engine::{Job, JobResult};
 use super::{Audience, Engine, Session};
 use crate::command::{
-    Command, Decoder, EndOfInput, Limits as StreamLimits, Sink, StreamPosition, Verb, format_play_error,
-    format_play_fault,
+    BYTE_ORDER_MARK, Command, Decoder, EndOfInput, Limits as StreamLimits, Sink, StreamPosition, Verb,
+    format_play_error, format_play_fault,
 };
 use crate::error::Fault;
 use command_executor::CommandExecutor;
@@ -141,6 +141,7 @@ pub(super) fn feed_parts(
 /// Returns the width and height that a stream states by `SIZE w h` as its first command, as they are
 /// written.
 pub fn stated_size(stream: &[u8]) -> Option<[&str; 2]> {
+    let stream = stream.strip_prefix(BYTE_ORDER_MARK).unwrap_or(stream);
     let is_command = |line: &&[u8]| !line.starts_with(b"#") && !line.trim_ascii().is_empty();
     let first = stream.split(|&b| b == b'\n').find(is_command)?;
     match std::str::from_utf8(first).ok()?.split_ascii_whitespace().collect::<Vec<_>>()[..] {
