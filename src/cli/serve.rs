@@ -133,8 +133,9 @@ enum Enlarge {
 #[derive(Debug, Args)]
 pub(super) struct Quotas {
     /// Connections at one time
-    #[arg(long, value_name = "N", default_value_t = Limits::default().connections)]
-    max_conns: usize,
+    #[arg(long, value_name = "N", default_value_t = Limits::default().connections as u32,
+        value_parser = clap::value_parser!(u32).range(1..))]
+    max_conns: u32,
     /// Connections at one time from one IPv4 address, or one /64 network of IPv6 [default: as many as there may be]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     max_conns_per_address: Option<u32>,
@@ -175,7 +176,7 @@ impl Quotas {
     fn limits(&self, FrameSize { width, height }: FrameSize, memory_bytes: u64) -> Limits {
         let limits = Limits {
             memory_bytes,
-            connections: self.max_conns,
+            connections: self.max_conns as usize,
             connections_per_address: self.max_conns_per_address.map_or(usize::MAX, |n| n as usize),
             idle_timeout: self.idle_timeout.filter(|s| *s > 0).map(|s| Duration::from_secs(s.into())),
             payload_bytes: self.max_payload,

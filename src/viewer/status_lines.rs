@@ -66,7 +66,8 @@ impl Viewer {
             Action::Compare => has_turntable || has_gallery,
             Action::Cull | Action::Hide if is_nd => has_hidden_axis,
             Action::Look(_) | Action::Projection | Action::Cull | Action::Hide | Action::Depth => is_spatial,
-            Action::Walk(..) | Action::Turn(..) | Action::Zoom(_) | Action::Reset => is_spatial,
+            Action::Walk(..) | Action::Turn(..) | Action::Zoom(_) => is_spatial,
+            Action::Reset | Action::SaveView => is_spatial,
             _ => true,
         })
     }

@@ -393,7 +393,7 @@ fn the_help_names_the_keys_that_do_something_here() {
     let moving = lines(&mut x3d_viewer());
     assert!(has(&moving, "Space") && has(&moving, "."), "{moving:?}");
     let flat = lines(&mut stream_viewer("LINE 0 0 9 9 ff0000\nPRESENT\n"));
-    assert!(has(&flat, "I") && !has(&flat, "P") && !has(&flat, "1") && !has(&flat, "W"), "{flat:?}");
+    assert!(has(&flat, "I") && !has(&flat, "P") && !has(&flat, "1") && !has(&flat, "J"), "{flat:?}");
     let nd = lines(&mut nd_viewer());
     assert!(has(&nd, "Tab") && has(&nd, "H") && !has(&nd, "P"), "{nd:?}");
 }

@@ -16,6 +16,9 @@ pub(in crate::cli) fn default_address() -> SocketAddr {
 pub(in crate::cli) fn tcp(text: &str) -> Result<SocketAddr, String> {
     let expected =
         || format!("an address is HOST:PORT, :PORT or PORT, as in 127.0.0.1:{DEFAULT_PORT}, not {text:?}");
+    if let Ok(host) = text.parse::<IpAddr>() {
+        return Ok((host, DEFAULT_PORT).into());
+    }
     // A number alone is a port: the system would parse it as an address, 4567 as 0.0.17.215.
     let port = text.strip_prefix(':').or_else(|| text.bytes().all(|b| b.is_ascii_digit()).then_some(text));
     if let Some(port) = port {
@@ -24,6 +27,13 @@ pub(in crate::cli) fn tcp(text: &str) -> Result<SocketAddr, String> {
     }
     if let Ok(address) = text.parse() {
         return Ok(address);
+    }
+    // The system would read 0x1234 and 1.2 as addresses, too.
+    let host = text.rsplit_once(':').map_or(text, |(host, _)| host);
+    let is_decimal = host.bytes().all(|b| b.is_ascii_digit() || b == b'.');
+    let is_hex = |digits: &str| digits.bytes().all(|b| b.is_ascii_hexdigit() || b == b'.');
+    if is_decimal || host.strip_prefix("0x").is_some_and(is_hex) {
+        host.parse::<IpAddr>().map_err(|_| expected())?;
     }
     let with_port = match text.rsplit_once(':') {
         Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok() => text.to_owned(),
@@ -120,6 +130,10 @@ mod tests {
             ("::1", None),
         ] {
             assert_eq!(host_name(text), name, "{text}");
+        }
+        assert_eq!(tcp("::1").unwrap(), "[::1]:1234".parse().unwrap());
+        for bad in ["0x1234", "0x7f000001:99", "1.2", "1.2:99", "1.2.3.4.5:9"] {
+            assert!(tcp(bad).unwrap_err().starts_with("an address is HOST:PORT"), "{bad}");
         }
         for bad in ["", ":", ":x", "99999", ":99999", "127.0.0.1:", "127.0.0.1:x", "a b:1"] {
             assert!(tcp(bad).is_err(), "{bad}");

@@ -59,6 +59,9 @@ pub struct Checked {
 impl Checked {
     /// Reads all manifests of a folder, and every file that they name.
     pub fn read(folder: &Path) -> Result<Checked, SceneError> {
+        if !folder.is_dir() {
+            return Err(SceneError::NoFile(format!("{}: there is no such folder", folder.display())));
+        }
         let records = Records::read(folder).map_err(|e| SceneError::Refused(e.to_string()))?;
         let place = folder.display();
         for line in &records.strange {
