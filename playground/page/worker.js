@@ -19,7 +19,12 @@ function begin(m) {
     engine.load(m.bytes);
 }
 const tasks = {
-    async open(m) { compiled = await WebAssembly.compile(m.wasm); engine = await fresh(); return { verbs: engine.verbs() }; },
+    async open(m) {
+        if (!WebAssembly.validate(m.wasm)) throw new Error("this browser is too old: its WebAssembly has no vectors (SIMD), as Chrome 91, Firefox 89 and Safari 16.4 do");
+        compiled = await WebAssembly.compile(m.wasm);
+        engine = await fresh();
+        return { verbs: engine.verbs() };
+    },
     // Runs all of a stream, or its first frames or commands.
     run(m) {
         given = given && !m.changed;

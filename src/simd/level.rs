@@ -1,6 +1,10 @@
 //! Detection of the CPU's vector width, and dispatch of kernels.
 
-use super::{Portable, Simd};
+#[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
+use super::Portable;
+use super::Simd;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+use super::wasm::Simd128;
 use std::sync::OnceLock;
 
 /// Code over any [`Simd`]. Mark `run` `#[inline(always)]`, so that it is compiled for each level.
@@ -14,7 +18,8 @@ pub trait Kernel {
 /// Vector width of a kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Level {
-    /// Arrays of 4 lanes; available everywhere.
+    /// 4 lanes, available everywhere: arrays, or WebAssembly's vectors where a module is built with
+    /// them.
     Portable,
     /// 4 lanes (little-endian AArch64 with NEON, which nearly all of them have).
     Neon,
@@ -100,7 +105,7 @@ impl Level {
         if self >= Level::Neon {
             return kernel.run(super::neon::Neon);
         }
-        kernel.run(Portable::<4>)
+        kernel.run(PORTABLE)
     }
 
     /// Runs a kernel of long chains of dependent operations: as [`dispatch`](Level::dispatch) does,
@@ -115,6 +120,12 @@ impl Level {
         self.dispatch(kernel)
     }
 }
+
+/// Token of the level [`Level::Portable`].
+#[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
+const PORTABLE: Portable<4> = Portable;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+const PORTABLE: Simd128 = Simd128;
 
 /// True where the level NEON is compiled.
 const HAS_NEON: bool = cfg!(all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"));

@@ -3,7 +3,7 @@
 //! A kernel is written once, over the trait [`Simd`], and run at a [`Level`] that is chosen once at
 //! start from the features of the CPU: AVX-512 (16 lanes, with the crate's feature `avx512`), AVX2
 //! (8 lanes), NEON (4 lanes), or portable arrays (4 lanes), which are the scalar reference for the
-//! others. Every operation is exact
+//! others; WebAssembly's 128-bit vectors take their place where a module is built with them. Every operation is exact
 //! or correctly rounded, in a fixed order, without FMA and without approximate reciprocals, so a
 //! kernel that treats its lanes alike gives the same bytes at every level.
 //!
@@ -34,6 +34,8 @@ mod scanout;
 mod spill;
 #[cfg(test)]
 mod tests;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+mod wasm;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
