@@ -24,6 +24,11 @@ mod fill;
 mod level;
 #[cfg(all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"))]
 mod neon;
+#[cfg(any(
+    all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"),
+    all(target_arch = "wasm32", target_feature = "simd128")
+))]
+mod packing;
 #[cfg(any(test, target_arch = "x86_64"))]
 mod pair;
 mod pixels;

@@ -2,32 +2,14 @@
 
 use super::{I, M};
 use crate::simd::Mask;
+use crate::simd::packing::PACKING;
 use std::arch::aarch64::*;
-
-/// Bytes of the set lanes for each mask, in order; behind them 255, for which the table look-up
-/// gives 0.
-static COMPRESS: [[u8; 16]; 16] = {
-    let mut table = [[255; 16]; 16];
-    let mut bits = 0;
-    while bits < 16 {
-        let (mut byte, mut n) = (0, 0);
-        while byte < 16 {
-            if bits >> (byte / 4) & 1 == 1 {
-                table[bits][n] = byte as u8;
-                n += 1;
-            }
-            byte += 1;
-        }
-        bits += 1;
-    }
-    table
-};
 
 /// Returns the order of bytes that packs the lanes of `bits` to the front.
 #[inline(always)]
 pub(super) fn packing(bits: u32) -> uint8x16_t {
     // SAFETY: NEON is part of the target; a row of the table holds 16 bytes.
-    unsafe { vld1q_u8(COMPRESS[bits as usize & 15].as_ptr()) }
+    unsafe { vld1q_u8(PACKING[bits as usize & 15].as_ptr()) }
 }
 
 /// Permutes the bytes to `order`.

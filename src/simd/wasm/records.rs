@@ -2,25 +2,8 @@
 
 use super::{I, M};
 use crate::simd::Mask;
+use crate::simd::packing::PACKING;
 use std::arch::wasm32::*;
-
-/// Bytes of the set lanes for each mask, in order; behind them 255, for which a swizzle gives 0.
-static COMPRESS: [[u8; 16]; 16] = {
-    let mut table = [[255; 16]; 16];
-    let mut bits = 0;
-    while bits < 16 {
-        let (mut byte, mut n) = (0, 0);
-        while byte < 16 {
-            if bits >> (byte / 4) & 1 == 1 {
-                table[bits][n] = byte as u8;
-                n += 1;
-            }
-            byte += 1;
-        }
-        bits += 1;
-    }
-    table
-};
 
 /// Loads 16 bytes.
 #[inline(always)]
@@ -54,7 +37,7 @@ impl Number for f32 {}
 /// Returns the order of bytes that packs the lanes of `bits` to the front.
 #[inline(always)]
 pub(super) fn packing(bits: u32) -> v128 {
-    load16(&COMPRESS[bits as usize & 15])
+    load16(&PACKING[bits as usize & 15])
 }
 
 /// Transposes four vectors: number c of row r becomes number r of row c.
