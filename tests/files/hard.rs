@@ -143,8 +143,8 @@ fn counts_and_indices_are_refused_at_their_byte() {
         ("<Shape><TriangleFanSet fanCount='2'/></Shape>", "2:34: expected counts of 3 or more in fanCount"),
         ("<Shape><TriangleStripSet stripCount='-9'/></Shape>", "2:38: expected counts of 3 or more"),
         (
-            "<Shape><ElevationGrid xDimension='2' zDimension='2' height='0 0 0'/></Shape>",
-            "2:61: expected 2 x 2 = 4 heights",
+            "<Shape><ElevationGrid xDimension='1026' zDimension='1025' height='0'/></Shape>",
+            "2:67: expected 1026 x 1025 = 1051650 heights",
         ),
         (
             "<Shape><ElevationGrid xDimension='2147483647' zDimension='2147483647' height='0'/></Shape>",

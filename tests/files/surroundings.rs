@@ -266,9 +266,36 @@ fn what_a_geometry_lacks_is_a_warning_and_the_rest_is_drawn() {
             None,
             Some("9: warning: <ElevationGrid> was left out: it has none of its 9 x 9 heights"),
         ),
+        (
+            "<ElevationGrid xDimension='3' zDimension='3' height='0 0 0 0 1 0 0 0'/>".into(),
+            Some(4),
+            Some("9: warning: <ElevationGrid> lacks 1 of its 3 x 3 heights: they are taken as 0"),
+        ),
     ] {
         check_shape(&shape, faces, warning);
     }
+}
+
+#[test]
+fn heights_that_a_grid_lacks_are_zero_and_charged() {
+    let grid = |n: u32| {
+        let text =
+            format!("<Scene><Shape><ElevationGrid xDimension='{n}' zDimension='{n}' height='5 6'/></Shape>");
+        text + "</Scene>"
+    };
+    let scene = parse(&grid(3)).unwrap().at(0.0);
+    let heights: Vec<f64> = scene.objects[0].geometry.mesh.positions.iter().map(|p| p.y).collect();
+    assert_eq!(heights, [5.0, 6.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    // A million faces from a hundred bytes are charged before they exist.
+    let budget = MemoryBudget::new(100 << 20);
+    let mut memory = LoadMemory::new(&budget, u64::MAX);
+    let text = grid(1024);
+    let error = x3d::parse_within(text.as_bytes(), "t.x3d", &mut |_| None, &mut memory).unwrap_err();
+    let LoadErrorKind::OverBudget(over) = error.kind else { panic!("{error}") };
+    assert!(over.needed > 500 << 20 && over.used < 1 << 20, "{over}");
+    // More are refused as a list that is too short.
+    let error = parse(&grid(1026)).unwrap_err().to_string();
+    assert!(error.contains("expected 1026 x 1026 = 1052676 heights"), "{error}");
 }
 
 #[test]

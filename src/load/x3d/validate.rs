@@ -5,15 +5,15 @@ use super::build::Builder;
 use super::cost;
 use super::flatten::MAX_LIGHTS;
 use super::generate::Mode;
-use super::geometry::Fault;
+use super::geometry::{Fault, elevation};
 use super::graph::{GraphView, NodeId, Origin, Overrides};
 use super::shapes::{self, MeshCache};
 use super::stages;
 use crate::load::{LoadError, LoadErrorKind};
 use crate::scene::{MAX_STAGES, StageMode};
 
-/// Most faces of Text and Extrusion nodes and of geometries in instances of prototypes, in one
-/// scene.
+/// Most faces of Text and Extrusion nodes, of grids that lack heights, and of geometries in
+/// instances of prototypes, in one scene.
 const MAX_MADE_FACES: u64 = 4 << 20;
 
 /// Bytes of a computed mesh without its vectors.
@@ -47,7 +47,7 @@ pub(super) fn document(builder: &mut Builder<'_, '_>) -> Result<MeshCache, LoadE
         let work = builder.context.memory.work(cost::geometry_bytes(&view, node)).map_err(of_memory)?;
         let (prepared, of_mesh) = shapes::prepare(&view, &parts).map_err(|f| refused(builder, &f))?;
         remarks.extend(of_mesh.into_iter().map(|r| (parts.geometry, r)));
-        let is_made = matches!(view.name(parts.geometry), "Text" | "Extrusion");
+        let is_made = matches!(view.name(node), "Text" | "Extrusion") || elevation::lacking(&view, node) > 0;
         if is_made || view.node(parts.geometry).is_expanded {
             made_faces += prepared.geometry.mesh.polygons.len() as u64;
             if made_faces > MAX_MADE_FACES {
