@@ -287,7 +287,7 @@ fn what_is_wrong_with_fields_is_said_once_at_its_place() {
         "3:20: warning: <Sphere> radius takes one number, and IS gives it one whole number",
         "3:64: warning: <Sphere> has no field \"what\"",
         "3:106: warning: IS names \"gone\", which the prototype does not have",
-        "3:174: warning: node <Foo> is not known and was skipped",
+        "3:174: warning: node <Foo> is not known and was skipped, here and wherever it comes again",
         "4:50: warning: prototype \"P\" has no field \"z\"",
         "5:1: warning: no prototype \"Q\" is declared before this instance, which was skipped",
         "5:37: warning: IS stands outside of a ProtoBody and was skipped",

@@ -11,7 +11,7 @@ use super::instance::Given;
 use super::kept::{Kept, MAX_FILES};
 use super::names::{Def, hide, is_taken, place};
 use super::proto::Protos;
-use super::remarks::Remarks;
+use super::remarks::{REPEATED, Remarks};
 use super::schema::{self, NodeType};
 use super::units::Units;
 use super::unknown::{self, What};
@@ -51,7 +51,7 @@ pub(super) struct Builder<'d, 'r> {
     texts: &'d Kept<xml::XmlSource>,
     documents: &'d Kept<roxmltree::Document<'d>>,
     pub(super) sources: Vec<&'d xml::XmlSource>,
-    pub(super) remarks: Remarks<'d>,
+    pub(super) remarks: Remarks,
     pub(super) context: LoadContext<'r>,
     /// Folder of the main file as named by the caller, for messages about other files.
     shown_folder: String,
@@ -300,12 +300,13 @@ impl<'d, 'r> Builder<'d, 'r> {
                 return Ok(node.and_then(|node| self.placed(file, element, node, parent)));
             }
             (What::Group, None) => {
-                let message = format!("node <{name}> is not known: its children are shown without it");
-                self.warn(file, element, message);
+                let message =
+                    format!("node <{name}> is not known: its children are shown without it, {REPEATED}");
+                self.once(file, element, message);
                 return self.known(file, element, unknown::group(), parent, depth);
             }
             (What::Nothing, _) => {
-                self.warn(file, element, format!("node <{name}> is not known and was skipped"));
+                self.once(file, element, format!("node <{name}> is not known and was skipped, {REPEATED}"));
             }
         }
         hide(file, element);
