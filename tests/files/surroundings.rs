@@ -41,6 +41,26 @@ fn compressed_files_are_known_by_their_first_bytes() {
 }
 
 #[test]
+fn bytes_after_the_end_of_gzip_data_are_skipped_with_a_warning() {
+    let mut main = gzip(&format!("<Scene><Inline url='inner.x3dz'/>{BOX}</Scene>"));
+    let inner = [gzip(&format!("<Scene>{BOX}</Scene>")), b"\0\0signature".to_vec()].concat();
+    main.extend(b"\ntrailing");
+    let parsed = |main: &[u8]| x3d::parse(main, "t.x3dz", &mut |_| Some(inner.clone()));
+    let document = parsed(&main).unwrap();
+    assert_eq!(document.at(0.0).objects.len(), 2);
+    let expected = [
+        "t.x3dz: warning: 9 bytes after the end of the gzip data were skipped",
+        "inner.x3dz: warning: 9 bytes after the end of the gzip data were skipped",
+    ];
+    assert_eq!(warnings(&document), expected);
+    // What is cut off stays an error.
+    for length in [20, main.len() - 10] {
+        let error = parsed(&main[..length]).unwrap_err().to_string();
+        assert!(error.starts_with("t.x3dz: not a readable gzip file: "), "{length} bytes: {error}");
+    }
+}
+
+#[test]
 fn inflated_bytes_are_asked_for_before_they_exist() {
     let bomb = gzip(&format!("<Scene><!--{}--></Scene>", " ".repeat(4 << 20)));
     assert!(bomb.len() < 20_000, "{}", bomb.len());

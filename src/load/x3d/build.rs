@@ -131,20 +131,13 @@ impl<'d, 'r> Builder<'d, 'r> {
         let limit = MAX_FILES as u64;
         let too_many =
             || refused(LoadErrorKind::TooBig { what: "files of a scene", found: limit + 1, limit });
-        let source = match gzip::is_gzip(bytes) {
-            true => {
-                let (inflated, _held) =
-                    gzip::inflate(bytes, gzip::MAX_INFLATED, self.context.memory).map_err(refused)?;
-                self.reserve_text(&inflated).map_err(refused)?;
-                xml::XmlSource::decode(&inflated, name)?
-            }
-            false => {
-                self.reserve_text(bytes).map_err(refused)?;
-                xml::XmlSource::decode(bytes, name)?
-            }
-        };
+        let (source, trailing) = self.decode(bytes, name)?;
         let text = self.texts.push(source).ok_or_else(too_many)?;
         self.sources.push(text);
+        if trailing > 0 {
+            let message = format!("{trailing} bytes after the end of the gzip data were skipped");
+            self.warn_of_file(self.sources.len() - 1, message);
+        }
         let document =
             self.documents.push(xml::parse(text, self.context.memory.cancel())?).ok_or_else(too_many)?;
         Ok(File {
@@ -157,6 +150,18 @@ impl<'d, 'r> Builder<'d, 'r> {
             environment: self.protos.add_environment(None),
             given: None,
         })
+    }
+
+    /// Returns the text of a file, and the number of bytes after the end of its gzip data.
+    fn decode(&mut self, bytes: &[u8], name: &str) -> Result<(xml::XmlSource, usize), LoadError> {
+        let refused = |kind| LoadError::new(FilePosition::file(name), kind);
+        let memory = &*self.context.memory;
+        let inflate = || gzip::inflate(bytes, gzip::MAX_INFLATED, memory).map_err(refused);
+        let inflated = gzip::is_gzip(bytes).then(inflate).transpose()?;
+        let content = inflated.as_ref().map_or(bytes, |inflated| &inflated.bytes);
+        self.reserve_text(content).map_err(refused)?;
+        let source = xml::XmlSource::decode(content, name)?;
+        Ok((source, inflated.as_ref().map_or(0, |inflated| inflated.trailing)))
     }
 
     /// Reserves memory for reading a text, until the graph is complete: prototypes need the trees,

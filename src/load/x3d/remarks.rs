@@ -34,18 +34,30 @@ impl Builder<'_, '_> {
 
     /// Adds a warning, up to the limit and without duplicates.
     pub(super) fn warn_at(&mut self, origin: Origin, message: String) {
-        let count = self.remarks.warnings.len();
-        if count > MAX_WARNINGS {
-            return;
+        if self.has_room() && self.remarks.said.insert((origin.source, origin.byte, message.clone())) {
+            let place = self.place(origin);
+            self.remarks.warnings.push(LoadWarning { place, message });
         }
+    }
+
+    /// Adds a warning about a file as a whole.
+    pub(super) fn warn_of_file(&mut self, source: usize, message: String) {
+        if self.has_room() {
+            let place = FilePosition::file(&self.sources[source].name);
+            self.remarks.warnings.push(LoadWarning { place, message });
+        }
+    }
+
+    /// Returns whether there is room for a warning; the first one beyond the limit is replaced with
+    /// a last one that says so.
+    fn has_room(&mut self) -> bool {
+        let count = self.remarks.warnings.len();
         if count == MAX_WARNINGS {
             let place = FilePosition::file(&self.sources[0].name);
             let message = "further warnings are left out".into();
             self.remarks.warnings.push(LoadWarning { place, message });
-        } else if self.remarks.said.insert((origin.source, origin.byte, message.clone())) {
-            let place = self.place(origin);
-            self.remarks.warnings.push(LoadWarning { place, message });
         }
+        count < MAX_WARNINGS
     }
 
     /// Warns that a node type is not supported, at its first use in a file.
