@@ -287,11 +287,6 @@ fn inlines_that_multiply_are_bounded() {
     });
     let error = result.unwrap_err().to_string();
     assert!(error.contains("nodes, with those of USE and Inline"), "{error}");
-    // A broken Inline is refused with its own name and line.
-    let broken = x3d::parse(b"<Scene><Inline url='a/b.x3d'/></Scene>", "dir/t.x3d", &mut |_| {
-        Some(b"<Scene>\n<Foo></Scene>".into())
-    });
-    assert!(broken.unwrap_err().to_string().starts_with("dir/a/b.x3d:2:6: "));
 }
 
 #[test]

@@ -15,8 +15,9 @@ use super::remarks::{REPEATED, Remarks};
 use super::schema::{self, NodeType};
 use super::units::Units;
 use super::unknown::{self, What};
+use super::validate::Meshes;
 use super::value::Value;
-use super::{texture, xml};
+use super::{texture, unusable, xml};
 use crate::load::{FilePosition, LoadContext, LoadError, LoadErrorKind, gzip};
 use crate::memory::{MemoryUse, Reservation};
 use roxmltree::Node as Element;
@@ -55,8 +56,12 @@ pub(super) struct Builder<'d, 'r> {
     pub(super) context: LoadContext<'r>,
     /// Folder of the main file as named by the caller, for messages about other files.
     shown_folder: String,
-    /// Inline files by path: `None` while one is being read.
-    pub(super) inlined: HashMap<String, Option<Inlined>>,
+    /// Inline files by path.
+    pub(super) inlined: HashMap<String, InlineFile>,
+    /// True once an Inline, or a prototype, was found inside itself: an error of the whole scene.
+    pub(super) has_cycle: bool,
+    /// Meshes of the nodes that are checked already.
+    pub(super) meshes: Meshes,
     pub(super) pictures: texture::Pictures,
     pub(super) protos: Protos<'d>,
     /// Number of pairs of fields that ROUTEs have named.
@@ -64,6 +69,15 @@ pub(super) struct Builder<'d, 'r> {
     /// Working memory until the graph is complete: texts, their XML tables, and tables of
     /// prototypes and instances.
     pub(super) held: Reservation,
+}
+
+/// State of an Inline file.
+pub(super) enum InlineFile {
+    /// It is being read.
+    Open,
+    Read(Inlined),
+    /// It cannot be used, for this reason.
+    Unusable(Rc<str>),
 }
 
 /// Result of reading a file.
@@ -90,6 +104,8 @@ impl<'d, 'r> Builder<'d, 'r> {
             context,
             shown_folder: String::new(),
             inlined: HashMap::new(),
+            has_cycle: false,
+            meshes: Meshes::default(),
             pictures: texture::Pictures::default(),
             protos: Protos::default(),
             routes_tried: 0,
@@ -102,7 +118,7 @@ impl<'d, 'r> Builder<'d, 'r> {
         let own = name.rsplit(['/', '\\']).next().unwrap_or(name);
         self.shown_folder = name[..name.len() - own.len()].to_string();
         let folder = self.context.folder;
-        self.inlined.insert(format!("{folder}{own}"), None);
+        self.inlined.insert(format!("{folder}{own}"), InlineFile::Open);
         self.graph.root = self.file(bytes, name, folder.into(), 0)?.scene;
         let root = &self.graph.nodes[self.graph.root as usize].totals;
         match root.visits > MAX_VISITS {
@@ -159,6 +175,10 @@ impl<'d, 'r> Builder<'d, 'r> {
         let inflate = || gzip::inflate(bytes, gzip::MAX_INFLATED, memory).map_err(refused);
         let inflated = gzip::is_gzip(bytes).then(inflate).transpose()?;
         let content = inflated.as_ref().map_or(bytes, |inflated| &inflated.bytes);
+        if let Some(reason) = unusable::other_format(content) {
+            let reason = reason.to_string();
+            return Err(refused(LoadErrorKind::Undecodable { format: "X3D file", reason }));
+        }
         self.reserve_text(content).map_err(refused)?;
         let source = xml::XmlSource::decode(content, name)?;
         Ok((source, inflated.as_ref().map_or(0, |inflated| inflated.trailing)))
@@ -383,6 +403,7 @@ impl<'d, 'r> Builder<'d, 'r> {
             def: def.map(str::to_string),
             totals,
             is_expanded: file.given.is_some(),
+            is_checked: false,
         };
         let id = self.add(file, element, node)?;
         if let Some(inlined) = inlined {
