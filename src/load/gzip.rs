@@ -1,10 +1,11 @@
 //! Decompression of gzip files (RFC 1952).
 //!
 //! In: the bytes of a file and the memory limits. Out: the inflated bytes of all members with their
-//! reservation, or an error. Zero bytes after a member are padding; other bytes there must be a
-//! further member. Output can be a thousand times as long as the input, so it grows in
-//! steps, each reserved before it is allocated, and never beyond the limit. A missing reservation
-//! is found by tests/allocations/decoder_memory.rs.
+//! reservation, or an error. Zero bytes after a member are padding; bytes there that begin no
+//! further member are left unread, as gzip itself leaves them, and counted. Output can be a
+//! thousand times as long as the input, so it grows in steps, each reserved before it is allocated,
+//! and never beyond the limit. A missing reservation is found by
+//! tests/allocations/decoder_memory.rs.
 
 use super::polled::PolledBytes;
 use super::{LoadErrorKind, LoadMemory};
@@ -21,9 +22,22 @@ const FIRST_STEP: usize = 1 << 16;
 /// Bytes of the decoder's window and tables.
 const DECODER_BYTES: u64 = 64 << 10;
 
+/// First bytes of every member.
+const MAGIC: [u8; 2] = [0x1f, 0x8b];
+
+/// Inflated bytes of a gzip file.
+#[derive(Debug)]
+pub(crate) struct Inflated {
+    pub(crate) bytes: Vec<u8>,
+    /// Working memory of `bytes`.
+    pub(crate) held: Reservation,
+    /// Number of bytes after the last member and its padding.
+    pub(crate) trailing: usize,
+}
+
 /// Returns whether the bytes begin with gzip's magic number.
 pub(crate) fn is_gzip(bytes: &[u8]) -> bool {
-    bytes.starts_with(&[0x1f, 0x8b])
+    bytes.starts_with(&MAGIC)
 }
 
 /// Inflates a gzip file.
@@ -31,11 +45,7 @@ pub(crate) fn is_gzip(bytes: &[u8]) -> bool {
 /// # Errors
 /// If the bytes are not valid gzip, the output is longer than `limit`, memory is short, or the
 /// load was cancelled.
-pub(crate) fn inflate(
-    bytes: &[u8],
-    limit: u64,
-    memory: &LoadMemory,
-) -> Result<(Vec<u8>, Reservation), LoadErrorKind> {
+pub(crate) fn inflate(bytes: &[u8], limit: u64, memory: &LoadMemory) -> Result<Inflated, LoadErrorKind> {
     let mut held = memory.work(DECODER_BYTES)?;
     let mut rest = PolledBytes::new(bytes, memory.cancel());
     let mut out: Vec<u8> = Vec::new();
@@ -43,10 +53,13 @@ pub(crate) fn inflate(
         let mut member = GzDecoder::new(rest);
         append(&mut member, &mut out, limit, memory, &mut held)?;
         rest = member.into_inner();
-        let is_end = is_padding(&mut rest);
+        let skipped = skip_padding(&mut rest);
         memory.check_cancelled()?;
-        if is_end.map_err(|e| undecodable(&e))? {
-            return Ok((out, held));
+        skipped.map_err(|e| undecodable(&e))?;
+        let left = rest.rest();
+        // Half of a magic number is a member that was cut off.
+        if left.is_empty() || !left.starts_with(&MAGIC[..left.len().min(MAGIC.len())]) {
+            return Ok(Inflated { bytes: out, held, trailing: left.len() });
         }
     }
 }
@@ -91,18 +104,15 @@ fn append(
     }
 }
 
-/// Returns whether only zero bytes, or none, are left; leaves any other byte unread.
-fn is_padding(rest: &mut PolledBytes<'_>) -> std::io::Result<bool> {
+/// Skips zero bytes; leaves any other byte unread.
+fn skip_padding(rest: &mut PolledBytes<'_>) -> std::io::Result<()> {
     loop {
         let piece = rest.fill_buf()?;
-        if piece.is_empty() {
-            return Ok(true);
-        }
         let zeros = piece.iter().take_while(|byte| **byte == 0).count();
-        let is_all = zeros == piece.len();
+        let is_end = zeros < piece.len() || piece.is_empty();
         rest.consume(zeros);
-        if !is_all {
-            return Ok(false);
+        if is_end {
+            return Ok(());
         }
     }
 }
@@ -127,9 +137,10 @@ mod tests {
         for cut in [0, 1, 65_536, 299_999] {
             let both = [packed(&text[..cut]), packed(&text[cut..])].concat();
             assert!(is_gzip(&both));
-            let (inflated, held) = inflate(&both, MAX_INFLATED, &LoadMemory::unlimited()).unwrap();
-            assert_eq!(inflated, text, "{cut}");
-            assert!(held.bytes() >= inflated.capacity() as u64, "{cut}: {} bytes held", held.bytes());
+            let Inflated { bytes, held, trailing } =
+                inflate(&both, MAX_INFLATED, &LoadMemory::unlimited()).unwrap();
+            assert_eq!((&bytes, trailing), (&text, 0), "{cut}");
+            assert!(held.bytes() >= bytes.capacity() as u64, "{cut}: {} bytes held", held.bytes());
         }
     }
 
@@ -137,14 +148,37 @@ mod tests {
     fn zeros_after_the_last_member_are_padding() {
         let text = vec![0; 70_000];
         let inflated = |file: &[u8]| inflate(file, MAX_INFLATED, &LoadMemory::unlimited());
-        for zeros in [1, 511, 40_000] {
+        for zeros in [0, 1, 511, 40_000] {
             let padded = [packed(&text), vec![0; zeros]].concat();
-            assert_eq!(inflated(&padded).unwrap().0, text, "{zeros} zeros");
-            assert!(inflated(&[&padded[..], b"x"].concat()).is_err(), "a byte after {zeros} zeros");
+            let whole = inflated(&padded).unwrap();
+            assert_eq!((&whole.bytes, whole.trailing), (&text, 0), "{zeros} zeros");
             let both = [&padded[..], &packed(b"more")].concat();
-            assert_eq!(inflated(&both).unwrap().0, [&text[..], b"more"].concat(), "{zeros} zeros between");
+            assert_eq!(
+                inflated(&both).unwrap().bytes,
+                [&text[..], b"more"].concat(),
+                "{zeros} zeros between"
+            );
+            for cut in 1..20 {
+                let half = &both[..padded.len() + cut];
+                assert!(inflated(half).is_err(), "{cut} bytes of a member after {zeros} zeros");
+            }
         }
-        assert!(inflated(&[packed(&text), b"x".to_vec()].concat()).is_err(), "a byte after the member");
+    }
+
+    #[test]
+    fn bytes_that_begin_no_member_are_counted_and_left() {
+        let long = vec![b'x'; 100_000];
+        for trailing in [&b"x"[..], b"\x1fx", b"\x8b\x1f", b"\n<X3D/>", &long] {
+            for zeros in [0, 300] {
+                let file = [packed(b"a scene"), vec![0; zeros], trailing.to_vec()].concat();
+                let read = inflate(&file, MAX_INFLATED, &LoadMemory::unlimited()).unwrap();
+                assert_eq!(
+                    (&read.bytes[..], read.trailing),
+                    (&b"a scene"[..], trailing.len()),
+                    "{zeros} zeros"
+                );
+            }
+        }
     }
 
     #[test]

@@ -22,6 +22,11 @@ impl<'a> PolledBytes<'a> {
     pub fn new(bytes: &'a [u8], cancel: &'a CancelToken) -> Self {
         PolledBytes { bytes: Cursor::new(bytes), cancel }
     }
+
+    /// Returns the bytes that are not read yet.
+    pub fn rest(&self) -> &'a [u8] {
+        self.bytes.get_ref().get(self.bytes.position() as usize..).unwrap_or(&[])
+    }
 }
 
 impl Read for PolledBytes<'_> {

@@ -53,7 +53,80 @@ fn an_unknown_group_shows_the_children_that_stand_in_children() {
         "3:1: warning: node <Sound> is not known and was skipped",
         "4:1: warning: node <CADLayer> is not known: its children are shown without it",
     ];
-    assert_eq!(warnings(&document), expected.map(|e| format!("t.x3d:{e}")));
+    let expected = expected.map(|e| format!("t.x3d:{e}, here and wherever it comes again"));
+    assert_eq!(warnings(&document), expected);
+}
+
+#[test]
+fn faces_of_cad_and_skeletons_of_hanim_are_shown_once() {
+    let shape =
+        |field: &str, x: u32| point(x).replacen("<Shape", &format!("<Shape containerField='{field}'"), 1);
+    for (nodes, expected) in [
+        // A part is defined once and used again elsewhere.
+        (
+            format!(
+                "<CADAssembly><CADPart DEF='P'><CADFace>{}</CADFace><CADFace>{}</CADFace></CADPart></CADAssembly>\
+                 <CADAssembly><CADPart USE='P'/></CADAssembly>",
+                shape("shape", 1),
+                point(2)
+            ),
+            vec![1.0, 2.0, 1.0, 2.0],
+        ),
+        (
+            format!(
+                "<CADFace><Transform containerField='shape'>{}</Transform></CADFace><CADFace><Foo>{}</Foo></CADFace>",
+                point(1),
+                shape("other", 2)
+            ),
+            vec![1.0],
+        ),
+        // The lists of a humanoid use nodes of its skeleton, by whatever name.
+        (
+            format!(
+                "<HAnimHumanoid><HAnimJoint DEF='J' containerField='skeleton'><HAnimSegment DEF='S'>{}\
+                 <HAnimSite DEF='E'>{}</HAnimSite></HAnimSegment><HAnimJoint DEF='K'><HAnimSegment>{}</HAnimSegment>\
+                 </HAnimJoint></HAnimJoint>\
+                 <HAnimJoint USE='J' containerField='joints'/><HAnimJoint USE='K' containerField='joints'/>\
+                 <HAnimSegment USE='S' containerField='segments'/><HAnimSite USE='E' containerField='sites'/>\
+                 <HAnimSite USE='E' containerField='viewpoints'/>\
+                 <Coordinate DEF='C' containerField='skinCoord' point='4 0 0'/>\
+                 <Shape containerField='skin'><PointSet><Coordinate USE='C'/></PointSet></Shape></HAnimHumanoid>",
+                point(1),
+                point(2),
+                point(3)
+            ),
+            vec![1.0, 2.0, 3.0, 4.0],
+        ),
+        // Nothing of a list or of a proxy makes a group.
+        (
+            format!("<HAnimHumanoid><Group containerField='joints'>{}</Group></HAnimHumanoid>", point(1)),
+            vec![],
+        ),
+        (format!("<Foo>{}</Foo>", shape("proxy", 1)), vec![]),
+        (
+            format!(
+                "<Collision><CADPart containerField='proxy'><CADFace>{}</CADFace></CADPart>{}</Collision>",
+                shape("shape", 1),
+                point(2)
+            ),
+            vec![2.0],
+        ),
+        // In known nodes these fields have no meaning of their own.
+        (format!("<Group>{}</Group>", shape("skin", 1)), vec![1.0]),
+    ] {
+        let document = parse(&format!("<Scene>{nodes}</Scene>")).unwrap();
+        assert_eq!(seen(&document.at(0.0)), expected, "{nodes}");
+    }
+}
+
+#[test]
+fn names_for_other_files_are_said_once_a_file() {
+    let export = "<EXPORT localDEF='A'/><IMPORT inlineDEF='I' importedDEF='B' AS='C'/>";
+    let text = format!("<Scene>\n{}<Group>{export}</Group></Scene>", export.repeat(50));
+    let expected = ["1: warning: <EXPORT>", "23: warning: <IMPORT>"].map(|begin| {
+        format!("t.x3d:2:{begin} is left out, here and wherever it comes again: no node has a name in another file")
+    });
+    assert_eq!(warnings(&parse(&text).unwrap()), expected);
 }
 
 #[test]

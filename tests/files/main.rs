@@ -23,3 +23,4 @@ mod styles;
 mod support;
 mod surroundings;
 mod tables;
+mod unusable;

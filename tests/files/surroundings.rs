@@ -41,6 +41,26 @@ fn compressed_files_are_known_by_their_first_bytes() {
 }
 
 #[test]
+fn bytes_after_the_end_of_gzip_data_are_skipped_with_a_warning() {
+    let mut main = gzip(&format!("<Scene><Inline url='inner.x3dz'/>{BOX}</Scene>"));
+    let inner = [gzip(&format!("<Scene>{BOX}</Scene>")), b"\0\0signature".to_vec()].concat();
+    main.extend(b"\ntrailing");
+    let parsed = |main: &[u8]| x3d::parse(main, "t.x3dz", &mut |_| Some(inner.clone()));
+    let document = parsed(&main).unwrap();
+    assert_eq!(document.at(0.0).objects.len(), 2);
+    let expected = [
+        "t.x3dz: warning: 9 bytes after the end of the gzip data were skipped",
+        "inner.x3dz: warning: 9 bytes after the end of the gzip data were skipped",
+    ];
+    assert_eq!(warnings(&document), expected);
+    // What is cut off stays an error.
+    for length in [20, main.len() - 10] {
+        let error = parsed(&main[..length]).unwrap_err().to_string();
+        assert!(error.starts_with("t.x3dz: not a readable gzip file: "), "{length} bytes: {error}");
+    }
+}
+
+#[test]
 fn inflated_bytes_are_asked_for_before_they_exist() {
     let bomb = gzip(&format!("<Scene><!--{}--></Scene>", " ".repeat(4 << 20)));
     assert!(bomb.len() < 20_000, "{}", bomb.len());
@@ -156,8 +176,9 @@ fn names_may_climb_to_the_root_and_no_further() {
     // A broken file in a parent folder is named by its path from the scene.
     let mut broken = |_: &str| Some(b"<Scene>".to_vec());
     let context = LoadContext { folder: "a/", opener: &mut broken, memory: &mut LoadMemory::unlimited() };
-    let error = x3d::parse_in(b"<Scene><Inline url='../b.x3d'/></Scene>", "a/t.x3d", context).unwrap_err();
-    assert!(error.to_string().starts_with("a/../b.x3d:1:1: "), "{error}");
+    let document = x3d::parse_in(b"<Scene><Inline url='../b.x3d'/></Scene>", "a/t.x3d", context).unwrap();
+    let found = warnings(&document);
+    assert!(found.len() == 1 && found[0].contains("was skipped: a/../b.x3d:1:1: "), "{found:?}");
 }
 
 #[test]
@@ -266,9 +287,36 @@ fn what_a_geometry_lacks_is_a_warning_and_the_rest_is_drawn() {
             None,
             Some("9: warning: <ElevationGrid> was left out: it has none of its 9 x 9 heights"),
         ),
+        (
+            "<ElevationGrid xDimension='3' zDimension='3' height='0 0 0 0 1 0 0 0'/>".into(),
+            Some(4),
+            Some("9: warning: <ElevationGrid> lacks 1 of its 3 x 3 heights: they are taken as 0"),
+        ),
     ] {
         check_shape(&shape, faces, warning);
     }
+}
+
+#[test]
+fn heights_that_a_grid_lacks_are_zero_and_charged() {
+    let grid = |n: u32| {
+        let text =
+            format!("<Scene><Shape><ElevationGrid xDimension='{n}' zDimension='{n}' height='5 6'/></Shape>");
+        text + "</Scene>"
+    };
+    let scene = parse(&grid(3)).unwrap().at(0.0);
+    let heights: Vec<f64> = scene.objects[0].geometry.mesh.positions.iter().map(|p| p.y).collect();
+    assert_eq!(heights, [5.0, 6.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    // A million faces from a hundred bytes are charged before they exist.
+    let budget = MemoryBudget::new(100 << 20);
+    let mut memory = LoadMemory::new(&budget, u64::MAX);
+    let text = grid(1024);
+    let error = x3d::parse_within(text.as_bytes(), "t.x3d", &mut |_| None, &mut memory).unwrap_err();
+    let LoadErrorKind::OverBudget(over) = error.kind else { panic!("{error}") };
+    assert!(over.needed > 500 << 20 && over.used < 1 << 20, "{over}");
+    // More are refused as a list that is too short.
+    let error = parse(&grid(1026)).unwrap_err().to_string();
+    assert!(error.contains("expected 1026 x 1026 = 1052676 heights"), "{error}");
 }
 
 #[test]

@@ -11,12 +11,13 @@ use super::instance::Given;
 use super::kept::{Kept, MAX_FILES};
 use super::names::{Def, hide, is_taken, place};
 use super::proto::Protos;
-use super::remarks::Remarks;
+use super::remarks::{REPEATED, Remarks};
 use super::schema::{self, NodeType};
 use super::units::Units;
 use super::unknown::{self, What};
+use super::validate::Meshes;
 use super::value::Value;
-use super::{texture, xml};
+use super::{texture, unusable, xml};
 use crate::load::{FilePosition, LoadContext, LoadError, LoadErrorKind, gzip};
 use crate::memory::{MemoryUse, Reservation};
 use roxmltree::Node as Element;
@@ -51,12 +52,16 @@ pub(super) struct Builder<'d, 'r> {
     texts: &'d Kept<xml::XmlSource>,
     documents: &'d Kept<roxmltree::Document<'d>>,
     pub(super) sources: Vec<&'d xml::XmlSource>,
-    pub(super) remarks: Remarks<'d>,
+    pub(super) remarks: Remarks,
     pub(super) context: LoadContext<'r>,
     /// Folder of the main file as named by the caller, for messages about other files.
     shown_folder: String,
-    /// Inline files by path: `None` while one is being read.
-    pub(super) inlined: HashMap<String, Option<Inlined>>,
+    /// Inline files by path.
+    pub(super) inlined: HashMap<String, InlineFile>,
+    /// True once an Inline, or a prototype, was found inside itself: an error of the whole scene.
+    pub(super) has_cycle: bool,
+    /// Meshes of the nodes that are checked already.
+    pub(super) meshes: Meshes,
     pub(super) pictures: texture::Pictures,
     pub(super) protos: Protos<'d>,
     /// Number of pairs of fields that ROUTEs have named.
@@ -64,6 +69,15 @@ pub(super) struct Builder<'d, 'r> {
     /// Working memory until the graph is complete: texts, their XML tables, and tables of
     /// prototypes and instances.
     pub(super) held: Reservation,
+}
+
+/// State of an Inline file.
+pub(super) enum InlineFile {
+    /// It is being read.
+    Open,
+    Read(Inlined),
+    /// It cannot be used, for this reason.
+    Unusable(Rc<str>),
 }
 
 /// Result of reading a file.
@@ -90,6 +104,8 @@ impl<'d, 'r> Builder<'d, 'r> {
             context,
             shown_folder: String::new(),
             inlined: HashMap::new(),
+            has_cycle: false,
+            meshes: Meshes::default(),
             pictures: texture::Pictures::default(),
             protos: Protos::default(),
             routes_tried: 0,
@@ -102,7 +118,7 @@ impl<'d, 'r> Builder<'d, 'r> {
         let own = name.rsplit(['/', '\\']).next().unwrap_or(name);
         self.shown_folder = name[..name.len() - own.len()].to_string();
         let folder = self.context.folder;
-        self.inlined.insert(format!("{folder}{own}"), None);
+        self.inlined.insert(format!("{folder}{own}"), InlineFile::Open);
         self.graph.root = self.file(bytes, name, folder.into(), 0)?.scene;
         let root = &self.graph.nodes[self.graph.root as usize].totals;
         match root.visits > MAX_VISITS {
@@ -131,20 +147,13 @@ impl<'d, 'r> Builder<'d, 'r> {
         let limit = MAX_FILES as u64;
         let too_many =
             || refused(LoadErrorKind::TooBig { what: "files of a scene", found: limit + 1, limit });
-        let source = match gzip::is_gzip(bytes) {
-            true => {
-                let (inflated, _held) =
-                    gzip::inflate(bytes, gzip::MAX_INFLATED, self.context.memory).map_err(refused)?;
-                self.reserve_text(&inflated).map_err(refused)?;
-                xml::XmlSource::decode(&inflated, name)?
-            }
-            false => {
-                self.reserve_text(bytes).map_err(refused)?;
-                xml::XmlSource::decode(bytes, name)?
-            }
-        };
+        let (source, trailing) = self.decode(bytes, name)?;
         let text = self.texts.push(source).ok_or_else(too_many)?;
         self.sources.push(text);
+        if trailing > 0 {
+            let message = format!("{trailing} bytes after the end of the gzip data were skipped");
+            self.warn_of_file(self.sources.len() - 1, message);
+        }
         let document =
             self.documents.push(xml::parse(text, self.context.memory.cancel())?).ok_or_else(too_many)?;
         Ok(File {
@@ -157,6 +166,22 @@ impl<'d, 'r> Builder<'d, 'r> {
             environment: self.protos.add_environment(None),
             given: None,
         })
+    }
+
+    /// Returns the text of a file, and the number of bytes after the end of its gzip data.
+    fn decode(&mut self, bytes: &[u8], name: &str) -> Result<(xml::XmlSource, usize), LoadError> {
+        let refused = |kind| LoadError::new(FilePosition::file(name), kind);
+        let memory = &*self.context.memory;
+        let inflate = || gzip::inflate(bytes, gzip::MAX_INFLATED, memory).map_err(refused);
+        let inflated = gzip::is_gzip(bytes).then(inflate).transpose()?;
+        let content = inflated.as_ref().map_or(bytes, |inflated| &inflated.bytes);
+        if let Some(reason) = unusable::other_format(content) {
+            let reason = reason.to_string();
+            return Err(refused(LoadErrorKind::Undecodable { format: "X3D file", reason }));
+        }
+        self.reserve_text(content).map_err(refused)?;
+        let source = xml::XmlSource::decode(content, name)?;
+        Ok((source, inflated.as_ref().map_or(0, |inflated| inflated.trailing)))
     }
 
     /// Reserves memory for reading a text, until the graph is complete: prototypes need the trees,
@@ -300,12 +325,13 @@ impl<'d, 'r> Builder<'d, 'r> {
                 return Ok(node.and_then(|node| self.placed(file, element, node, parent)));
             }
             (What::Group, None) => {
-                let message = format!("node <{name}> is not known: its children are shown without it");
-                self.warn(file, element, message);
+                let message =
+                    format!("node <{name}> is not known: its children are shown without it, {REPEATED}");
+                self.once(file, element, message);
                 return self.known(file, element, unknown::group(), parent, depth);
             }
             (What::Nothing, _) => {
-                self.warn(file, element, format!("node <{name}> is not known and was skipped"));
+                self.once(file, element, format!("node <{name}> is not known and was skipped, {REPEATED}"));
             }
         }
         hide(file, element);
@@ -377,6 +403,7 @@ impl<'d, 'r> Builder<'d, 'r> {
             def: def.map(str::to_string),
             totals,
             is_expanded: file.given.is_some(),
+            is_checked: false,
         };
         let id = self.add(file, element, node)?;
         if let Some(inlined) = inlined {

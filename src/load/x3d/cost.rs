@@ -4,7 +4,7 @@
 //! attributes and words bound the tables of the XML reader and the lists of numbers. Runs on the
 //! thread that reads. A wrong figure is found by tests/allocations/decoder_memory.rs.
 
-use super::geometry::text;
+use super::geometry::{elevation, text};
 use super::graph::{Child, GraphView, Node, NodeId};
 use super::schema::NodeType;
 use super::value::Value;
@@ -120,7 +120,7 @@ pub(super) fn geometry_bytes(view: &GraphView, id: NodeId) -> u64 {
             (section / 2 + 1).saturating_mul(spine / 3 + 2).saturating_mul(QUAD_BYTES)
         }
         "Text" => text::squares(view.texts(id, "string")) * QUAD_BYTES,
-        "ElevationGrid" => items(id) * QUAD_BYTES + below() * ITEM_BYTES,
+        "ElevationGrid" => (items(id) + elevation::lacking(view, id)) * QUAD_BYTES + below() * ITEM_BYTES,
         name if name.contains("Fan") || name.contains("Strip") => (items(id) + below()) * STRIP_BYTES,
         _ => (items(id) + below()) * ITEM_BYTES,
     };

@@ -1,16 +1,17 @@
 //! References of a node beyond its own element: Inline files, pictures, and the two ends of a
 //! ROUTE.
 
-use super::build::{Builder, File, Inlined};
+use super::build::{Builder, File, InlineFile, Inlined};
 use super::instance::Link;
 use super::names::Def;
 use super::route::{self, Route};
 use super::schema::NodeType;
 use super::value::Value;
-use super::{texture, url};
+use super::{texture, url, validate};
 use crate::load::LoadError;
 use crate::scene::{SkyPictures, Texture};
 use roxmltree::Node as Element;
+use std::rc::Rc;
 use std::sync::Arc;
 
 /// Deepest nesting of Inline files.
@@ -23,8 +24,8 @@ const MAX_ROUTES: usize = 100_000;
 pub(super) const READ_FROM: &str = "the folder that files are read from";
 
 impl<'d> Builder<'d, '_> {
-    /// Reads the file of an Inline node; `None` for other nodes, and if it is not to be loaded or
-    /// cannot be found.
+    /// Reads the file of an Inline node, the first of its URLs that can be used; `None` for other
+    /// nodes, and, with a warning unless it is not to be loaded, if there is none.
     pub(super) fn inline(
         &mut self,
         file: &File<'d>,
@@ -39,45 +40,73 @@ impl<'d> Builder<'d, '_> {
         let field = |name| &values[ty.field(name).expect("the table has it")];
         let (Value::Texts(urls), Value::Bool(true)) = (field("url"), field("load")) else { return Ok(None) };
         let mut is_outside = false;
+        let mut reasons: Vec<Rc<str>> = Vec::new();
         for name in urls.iter() {
             is_outside |= url::is_outside(&file.folder, name);
             for path in url::local_paths(&file.folder, name) {
-                match self.inlined.get(&path) {
-                    Some(Some(inlined)) => {
-                        let inlined = *inlined;
-                        self.check_depth(file, element, inlined.scene, depth)?;
-                        return Ok(Some(inlined));
-                    }
-                    Some(None) => {
-                        let expected = format!("no Inline of {path:?}, which inlines this file (a cycle)");
-                        return Err(self.refuse(file, element, "url", expected));
-                    }
-                    None => {}
+                match self.inline_file(file, element, &path, depth)? {
+                    Some(Ok(inlined)) => return Ok(Some(inlined)),
+                    Some(Err(reason)) if !reasons.contains(&reason) => reasons.push(reason),
+                    Some(Err(_)) | None => {}
                 }
-                let Some(bytes) = (self.context.opener)(&path) else { continue };
-                let open = self.inlined.values().filter(|f| f.is_none()).count();
-                if open > MAX_NESTED_FILES {
-                    let source = self.sources[file.source];
-                    let (what, limit) = ("nesting of Inline files", MAX_NESTED_FILES as u64);
-                    return Err(source.too_big(element.range().start, what, open as u64, limit));
-                }
-                self.inlined.insert(path.clone(), None);
-                let folder = path.rfind('/').map_or("", |i| &path[..=i]);
-                let inlined = self.file(&bytes, &self.shown(&path), folder.into(), depth)?;
-                self.inlined.insert(path, Some(inlined));
-                return Ok(Some(inlined));
             }
         }
-        if is_outside {
-            self.remarks.names_outside = true;
-            let message = format!("Inline {:?} lies outside of {READ_FROM} and was skipped", &urls[..]);
-            self.warn(file, element, message);
-        } else if !urls.is_empty() {
-            let message =
-                format!("Inline {:?} cannot be found in the scene's folder and was skipped", &urls[..]);
-            self.warn(file, element, message);
+        self.remarks.names_outside |= is_outside;
+        let message = match (reasons.is_empty(), is_outside) {
+            (false, _) => format!("cannot be used and was skipped: {}", reasons.join("; ")),
+            (true, true) => format!("lies outside of {READ_FROM} and was skipped"),
+            (true, false) => "cannot be found in the scene's folder and was skipped".into(),
+        };
+        if !urls.is_empty() {
+            self.warn(file, element, format!("Inline {:?} {message}", &urls[..]));
         }
         Ok(None)
+    }
+
+    /// Reads an Inline file, once: `None` if there is no such file, and the reason if it cannot be
+    /// used. Its nodes are checked here, so that an error in them is known before they are shown.
+    fn inline_file(
+        &mut self,
+        file: &File<'d>,
+        element: Element<'d, 'd>,
+        path: &str,
+        depth: usize,
+    ) -> Result<Option<Result<Inlined, Rc<str>>>, LoadError> {
+        match self.inlined.get(path) {
+            Some(InlineFile::Read(inlined)) => {
+                let inlined = *inlined;
+                self.check_depth(file, element, inlined.scene, depth)?;
+                return Ok(Some(Ok(inlined)));
+            }
+            Some(InlineFile::Unusable(reason)) => return Ok(Some(Err(Rc::clone(reason)))),
+            Some(InlineFile::Open) => {
+                self.has_cycle = true;
+                let expected = format!("no Inline of {path:?}, which inlines this file (a cycle)");
+                return Err(self.refuse(file, element, "url", expected));
+            }
+            None => {}
+        }
+        let Some(bytes) = (self.context.opener)(path) else { return Ok(None) };
+        let open = self.inlined.values().filter(|f| matches!(f, InlineFile::Open)).count();
+        if open > MAX_NESTED_FILES {
+            let source = self.sources[file.source];
+            let (what, limit) = ("nesting of Inline files", MAX_NESTED_FILES as u64);
+            return Err(source.too_big(element.range().start, what, open as u64, limit));
+        }
+        self.inlined.insert(path.to_string(), InlineFile::Open);
+        let folder = path.rfind('/').map_or("", |i| &path[..=i]);
+        let mark = self.mark();
+        let read = self.file(&bytes, &self.shown(path), folder.into(), depth);
+        let checked = read.and_then(|read| validate::nodes(self, mark.first()).map(|()| read));
+        let (state, read) = match checked {
+            Ok(read) => (InlineFile::Read(read), Ok(read)),
+            Err(error) => {
+                let reason = self.set_aside(&mark, error)?;
+                (InlineFile::Unusable(Rc::clone(&reason)), Err(reason))
+            }
+        };
+        self.inlined.insert(path.to_string(), state);
+        Ok(Some(read))
     }
 
     /// Returns the picture of a texture node; `None` for other nodes, and if it has none or cannot

@@ -45,6 +45,8 @@ pub(super) struct Node {
     pub(super) totals: Totals,
     /// True if it belongs to an instance of a prototype.
     pub(super) is_expanded: bool,
+    /// True once its fields are checked and its mesh is computed.
+    pub(super) is_checked: bool,
 }
 
 /// Totals of a node and everything below it; nodes reached through USE and Inline count each time.

@@ -15,7 +15,7 @@ use super::names::{Def, hide};
 use super::schema::{self, NodeType};
 use super::units::Units;
 use super::value::{self, Kind, Value, ValueFault};
-use super::{unknown, xml};
+use super::{unknown, validate, xml};
 use crate::load::{LoadError, LoadErrorKind};
 use roxmltree::Node as Element;
 use std::collections::HashMap;
@@ -179,7 +179,7 @@ impl<'d> Builder<'d, '_> {
         Ok(node)
     }
 
-    /// Expands an instance; `None`, with a warning, if its prototype cannot be found.
+    /// Expands an instance; `None`, with a warning, if its prototype cannot be found or used.
     fn instance(
         &mut self,
         file: &mut File<'d>,
@@ -199,6 +199,7 @@ impl<'d> Builder<'d, '_> {
             return Ok(None);
         };
         if self.protos.expanding.contains(&number) {
+            self.has_cycle = true;
             let expected = format!("no instance of {name:?} inside of itself (prototypes are not recursive)");
             return Err(self.refuse(file, element, "name", expected));
         }
@@ -207,14 +208,28 @@ impl<'d> Builder<'d, '_> {
             let limit = xml::MAX_DEPTH as u64;
             return Err(source.too_big(element.range().start, "nesting of nodes", depth as u64 + 1, limit));
         }
-        let interface = self.interface(number)?;
+        let interface = match self.interface(number) {
+            Ok(interface) => interface,
+            Err(error) => {
+                self.refuse_proto(named, number, &self.mark(), error)?;
+                hide(file, element);
+                return Ok(None);
+            }
+        };
         self.count_expanded(file, element, 1 + interface.len())?;
         self.hold(file, element, INSTANCE_BYTES + interface.len() * FIELD_BYTES)?;
         let given = self.given(file, element, interface, number, depth)?;
+        let mark = self.mark();
         self.protos.expanding.push(number);
-        let made = self.body(number, given, depth);
+        let mut made = self.body(number, given, depth);
         self.protos.expanding.pop();
-        let (node, given) = made?;
+        if named != number && made.is_ok() {
+            made = validate::nodes(self, mark.first()).and(made);
+        }
+        let (node, given) = match made {
+            Ok(made) => made,
+            Err(error) => return self.refuse_proto(named, number, &mark, error).map(|()| None),
+        };
         self.join_outer(file, element, &given)?;
         let own = self.protos.all[number].units;
         let node = node.map(|node| self.aligned(file, element, node, own)).transpose()?;

@@ -9,8 +9,9 @@
 //! not of its type (NaN, infinities and wrong counts of numbers included); indices out of range;
 //! USE without DEF or of an enclosing node; Inlines in a cycle, prototypes that contain themselves;
 //! sizes over the limits. Warnings: unknown nodes and fields (the children of an unknown grouping
-//! node are shown), text among elements, misplaced nodes, files that cannot be found or are outside
-//! the root, ROUTEs between missing fields, shapes without extent.
+//! node are shown), text among elements, misplaced nodes, files that cannot be found, are outside
+//! the root or have one of the errors above but a cycle or a size, ROUTEs between missing fields,
+//! shapes without extent.
 //!
 //! The expected result for each family of nodes is in the head of its module, with the clause of
 //! ISO/IEC 19775-1: `proto` and `instance` (prototypes), `units`, `flatten` (groups, lights,
@@ -51,6 +52,7 @@ mod texture;
 mod time;
 mod units;
 mod unknown;
+mod unusable;
 use super::url;
 mod validate;
 mod value;
@@ -81,8 +83,9 @@ pub struct X3dDocument {
 /// (`/` between folders; never absolute, never with `..`); it returns `None` if there is no such
 /// file, or it may not be read, as [`SandboxDir`](super::SandboxDir) decides.
 ///
-/// # Errors If the file, or a file that it inlines, has one of the errors listed in the module's
-/// documentation.
+/// # Errors
+/// If the file has one of the errors listed in the module's documentation, or a file that it
+/// inlines is in a cycle or over a limit.
 pub fn parse(
     bytes: &[u8],
     file_name: &str,

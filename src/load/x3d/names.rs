@@ -46,7 +46,10 @@ pub(super) fn place(
     if unknown::is_anything(parent) {
         return Some(ty.container);
     }
-    let asked = element.attribute("containerField").unwrap_or(ty.container);
+    let asked = match element.attribute("containerField") {
+        Some(asked) if unknown::is_group(parent) => unknown::field_of_group(asked),
+        asked => asked.unwrap_or(ty.container),
+    };
     let accepts = |field: &str| {
         let field = parent.accepts.iter().copied().find(|a| *a == field)?;
         (container_of(field) == ty.container).then_some(field)

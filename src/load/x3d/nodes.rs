@@ -39,6 +39,7 @@ impl<'d> Builder<'d, '_> {
             def: None,
             totals,
             is_expanded: file.given.is_some(),
+            is_checked: false,
         };
         self.add(file, element, node)
     }

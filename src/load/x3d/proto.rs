@@ -4,14 +4,16 @@
 //! and its nested declarations (ISO/IEC 19775-1 clause 4.4.4.1 and .2). An ExternProtoDeclare
 //! refers to the prototype in another file that its URL's fragment names, or to that file's first
 //! one without a fragment (4.4.5.2); the file is loaded when the first instance needs it, from the
-//! scene's folder or root only. A prototype that contains an instance of itself is an error
-//! (4.4.4.3: they are not recursive).
+//! scene's folder or root only. Where it cannot be used, or the prototype in it has an error, the
+//! instances are skipped with a warning at the ExternProtoDeclare. A prototype that contains an
+//! instance of itself is an error (4.4.4.3: they are not recursive).
 
 use super::build::{Builder, File};
 use super::external_refs::READ_FROM;
 use super::graph::Child;
 use super::instance::{Field, Instance};
 use super::units::Units;
+use super::unusable::Mark;
 use super::url;
 use super::value::{self, Kind, Value};
 use crate::load::LoadError;
@@ -62,8 +64,8 @@ struct Environment<'d> {
 pub(super) struct Protos<'d> {
     pub(super) all: Vec<Proto<'d>>,
     environments: Vec<Environment<'d>>,
-    /// Environments of ExternProtoDeclare files by path; `None` for a file that is not X3D in XML.
-    files: HashMap<String, Option<usize>>,
+    /// Environments of ExternProtoDeclare files by path, or the reason why one cannot be used.
+    files: HashMap<String, Result<usize, Rc<str>>>,
     /// Prototypes whose instances are being expanded, outermost first.
     pub(super) expanding: Vec<usize>,
     /// Instances with DEF names.
@@ -74,6 +76,8 @@ pub(super) struct Protos<'d> {
     pub(super) read: HashMap<(usize, roxmltree::NodeId), (Vec<Value>, Vec<usize>)>,
     /// Built parts of bodies that are equal in every instance.
     shared: HashMap<(usize, roxmltree::NodeId), Child>,
+    /// Keys of `shared` in the order of their nodes.
+    shared_keys: Vec<(usize, roxmltree::NodeId)>,
     /// Cached answers of `is_same`, by source and element.
     is_same: HashMap<(usize, roxmltree::NodeId), bool>,
 }
@@ -107,7 +111,21 @@ impl<'d> Protos<'d> {
     pub(super) fn share(&mut self, file: &File<'d>, element: Element<'d, 'd>, built: Option<Child>) {
         let Some(child) = built.filter(|_| file.given.is_some()) else { return };
         if self.is_same(file.source, element) {
-            self.shared.insert((file.source, element.id()), child);
+            let key = (file.source, element.id());
+            self.shared.insert(key, child);
+            self.shared_keys.push(key);
+        }
+    }
+
+    /// Returns the number of parts stored for later instances.
+    pub(super) fn shared_count(&self) -> usize {
+        self.shared_keys.len()
+    }
+
+    /// Forgets all but the first `count` parts stored for later instances.
+    pub(super) fn unshare(&mut self, count: usize) {
+        for key in self.shared_keys.drain(count..) {
+            self.shared.remove(&key);
         }
     }
 
@@ -172,8 +190,12 @@ impl<'d> Builder<'d, '_> {
             Elsewhere::NotAsked => {}
         }
         self.protos.all[number].elsewhere = Elsewhere::BeingAsked;
-        let found = match self.look_elsewhere(number)? {
-            Some(found) if chain < MAX_CHAIN => self.with_body(found, chain + 1)?,
+        let looked = self.look_elsewhere(number);
+        if looked.is_err() {
+            self.protos.all[number].elsewhere = Elsewhere::Missing;
+        }
+        let found = match looked? {
+            Some(found) if chain < MAX_CHAIN => self.further(number, found, chain)?,
             Some(_) => {
                 self.warn_of(number, format!("leads through more than {MAX_CHAIN} others"));
                 None
@@ -182,6 +204,42 @@ impl<'d> Builder<'d, '_> {
         };
         self.protos.all[number].elsewhere = found.map_or(Elsewhere::Missing, Elsewhere::Found);
         Ok(found)
+    }
+
+    /// Resolves a declaration in another file, which the ExternProtoDeclare `number` refers to.
+    fn further(&mut self, number: usize, found: usize, chain: usize) -> Result<Option<usize>, LoadError> {
+        let mark = self.mark();
+        match self.with_body(found, chain + 1) {
+            Err(error) => {
+                let reason = self.set_aside(&mark, error)?;
+                self.warn_of(number, format!("cannot be used ({reason})"));
+                Ok(None)
+            }
+            body => body,
+        }
+    }
+
+    /// Warns at the ExternProtoDeclare `named` that its prototype, declared as `number`, cannot be
+    /// used because of an error in it, and undoes what the instance has added since `mark`. Any
+    /// other error is returned.
+    #[inline(never)]
+    pub(super) fn refuse_proto(
+        &mut self,
+        named: usize,
+        number: usize,
+        mark: &Mark,
+        error: LoadError,
+    ) -> Result<(), LoadError> {
+        // Nodes that the instance gives to the prototype are in its own file.
+        let is_own = self.sources[self.protos.all[named].source].name == error.place.file;
+        if named == number || is_own {
+            return Err(error);
+        }
+        let reason = self.set_aside(mark, error)?;
+        self.warn_of(named, format!("cannot be used ({reason})"));
+        // A further instance would have the same error.
+        self.protos.all[named].elsewhere = Elsewhere::Missing;
+        Ok(())
     }
 
     /// Warns about an ExternProtoDeclare whose instances are skipped.
@@ -211,12 +269,15 @@ impl<'d> Builder<'d, '_> {
                 reasons.push(format!("{shown:?} lies outside of {READ_FROM}"));
                 continue;
             }
-            let mut why = "cannot be found in the scene's folder";
+            let mut why = "cannot be found in the scene's folder".to_string();
             for path in url::local_paths(&folder, name) {
-                let Some(environment) = self.prototypes_of(&path)? else { continue };
-                let Some(environment) = environment else {
-                    why = "is no X3D file in XML";
-                    continue;
+                let environment = match self.prototypes_of(&path)? {
+                    Some(Ok(environment)) => environment,
+                    Some(Err(reason)) => {
+                        why = format!("cannot be used: {reason}");
+                        continue;
+                    }
+                    None => continue,
                 };
                 let environment = &self.protos.environments[environment];
                 let found = match url::fragment(name) {
@@ -225,7 +286,7 @@ impl<'d> Builder<'d, '_> {
                 };
                 match found {
                     Some(found) => return Ok(Some(found)),
-                    None => why = "has no such prototype",
+                    None => why = "has no such prototype".into(),
                 }
             }
             reasons.push(format!("{shown:?} {why}"));
@@ -235,22 +296,27 @@ impl<'d> Builder<'d, '_> {
         Ok(None)
     }
 
-    /// Returns the environment of a file's prototypes: `None` if there is no such file,
-    /// `Some(None)` if it is not X3D in XML.
-    fn prototypes_of(&mut self, path: &str) -> Result<Option<Option<usize>>, LoadError> {
+    /// Returns the environment of a file's prototypes: `None` if there is no such file, and the
+    /// reason if it cannot be used.
+    fn prototypes_of(&mut self, path: &str) -> Result<Option<Result<usize, Rc<str>>>, LoadError> {
         if let Some(known) = self.protos.files.get(path) {
-            return Ok(Some(*known));
+            return Ok(Some(known.clone()));
         }
         let Some(bytes) = (self.context.opener)(path) else { return Ok(None) };
-        // VRML and X3D's classic encoding begin with `#`.
-        if bytes.starts_with(b"#") {
-            self.protos.files.insert(path.to_string(), None);
-            return Ok(Some(None));
-        }
+        let mark = self.mark();
+        let read = match self.declarations(&bytes, path) {
+            Ok(environment) => Ok(environment),
+            Err(error) => Err(self.set_aside(&mark, error)?),
+        };
+        self.protos.files.insert(path.to_string(), read.clone());
+        Ok(Some(read))
+    }
+
+    /// Reads the declarations of a file and returns their environment.
+    fn declarations(&mut self, bytes: &[u8], path: &str) -> Result<usize, LoadError> {
         let folder = path.rfind('/').map_or("", |i| &path[..=i]);
         let shown = self.shown(path);
-        let mut file = self.open(&bytes, &shown, folder.into())?;
-        self.protos.files.insert(path.to_string(), Some(file.environment));
+        let mut file = self.open(bytes, &shown, folder.into())?;
         let scene = self.scene_element(&mut file)?;
         let is_declaration = |e: &Element| {
             matches!(e.tag_name().name(), "ProtoDeclare" | "ExternProtoDeclare")
@@ -259,6 +325,6 @@ impl<'d> Builder<'d, '_> {
         for element in scene.descendants().filter(is_declaration) {
             self.declare(&file, element);
         }
-        Ok(Some(Some(file.environment)))
+        Ok(file.environment)
     }
 }

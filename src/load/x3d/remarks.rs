@@ -10,19 +10,22 @@ use std::collections::HashSet;
 /// Most warnings of a scene.
 const MAX_WARNINGS: usize = 1_000;
 
+/// End of a message that stands for all nodes of a type in its file.
+pub(super) const REPEATED: &str = "here and wherever it comes again";
+
 /// Warnings of a scene so far.
 #[derive(Default)]
-pub(super) struct Remarks<'d> {
+pub(super) struct Remarks {
     warnings: Vec<LoadWarning>,
     /// Warnings already given, with their positions: further instances of a prototype repeat none.
     said: HashSet<(usize, usize, String)>,
-    /// Unsupported node types already reported, by file.
-    left_out: HashSet<(usize, &'d str)>,
+    /// Messages already given about types of nodes, by file.
+    of_types: HashSet<(usize, String)>,
     /// True if a name was refused because it leads out of the root.
     pub(super) names_outside: bool,
 }
 
-impl<'d> Builder<'d, '_> {
+impl Builder<'_, '_> {
     /// Adds a warning at an element, as [`Builder::warn_at`] does.
     pub(super) fn warn(&mut self, file: &File, element: Element, message: String) {
         let origin = Origin { source: file.source, byte: element.range().start };
@@ -31,29 +34,44 @@ impl<'d> Builder<'d, '_> {
 
     /// Adds a warning, up to the limit and without duplicates.
     pub(super) fn warn_at(&mut self, origin: Origin, message: String) {
-        let count = self.remarks.warnings.len();
-        if count > MAX_WARNINGS {
-            return;
-        }
-        if count == MAX_WARNINGS {
-            let place = FilePosition::file(&self.sources[0].name);
-            let message = "further warnings are left out".into();
-            self.remarks.warnings.push(LoadWarning { place, message });
-        } else if self.remarks.said.insert((origin.source, origin.byte, message.clone())) {
+        if self.has_room() && self.remarks.said.insert((origin.source, origin.byte, message.clone())) {
             let place = self.place(origin);
             self.remarks.warnings.push(LoadWarning { place, message });
         }
     }
 
+    /// Adds a warning about a file as a whole.
+    pub(super) fn warn_of_file(&mut self, source: usize, message: String) {
+        if self.has_room() {
+            let place = FilePosition::file(&self.sources[source].name);
+            self.remarks.warnings.push(LoadWarning { place, message });
+        }
+    }
+
+    /// Returns whether there is room for a warning; the first one beyond the limit is replaced with
+    /// a last one that says so.
+    fn has_room(&mut self) -> bool {
+        let count = self.remarks.warnings.len();
+        if count == MAX_WARNINGS {
+            let place = FilePosition::file(&self.sources[0].name);
+            let message = "further warnings are left out".into();
+            self.remarks.warnings.push(LoadWarning { place, message });
+        }
+        count < MAX_WARNINGS
+    }
+
     /// Warns that a node type is not supported, at its first use in a file.
-    pub(super) fn left_out(&mut self, file: &File<'d>, element: Element<'d, 'd>, why: &str) {
+    pub(super) fn left_out(&mut self, file: &File, element: Element, why: &str) {
         let name = element.tag_name().name();
-        if self.remarks.left_out.insert((file.source, name)) {
-            self.warn(
-                file,
-                element,
-                format!("<{name}> is left out, here and wherever it comes again: {why}"),
-            );
+        self.once(file, element, format!("<{name}> is left out, {REPEATED}: {why}"));
+    }
+
+    /// Adds a warning about a type of nodes, at its first use in a file.
+    pub(super) fn once(&mut self, file: &File, element: Element, message: String) {
+        // Beyond the limit nothing is stored.
+        let has_room = self.remarks.warnings.len() <= MAX_WARNINGS;
+        if has_room && self.remarks.of_types.insert((file.source, message.clone())) {
+            self.warn(file, element, message);
         }
     }
 

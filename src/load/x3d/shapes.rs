@@ -104,9 +104,10 @@ pub(super) fn prepare(view: &GraphView, parts: &ShapeParts) -> Result<(Prepared,
     Ok((Prepared { geometry, colors, stuff }, remarks))
 }
 
-/// Stores a prepared geometry in the cache.
-pub(super) fn store(mesh_cache: &mut MeshCache, parts: &ShapeParts, prepared: Prepared) {
+/// Stores a prepared geometry in the cache, and returns its key.
+pub(super) fn store(mesh_cache: &mut MeshCache, parts: &ShapeParts, prepared: Prepared) -> ShapeKey {
     mesh_cache.insert(parts.key.clone(), prepared);
+    parts.key.clone()
 }
 
 /// Returns the cached geometry of a shape.

@@ -2,10 +2,11 @@
 //!
 //! A grouping node has its children in the field `children` (ISO/IEC 19775-1 clause 10.3.2,
 //! X3DGroupingNode), so an unknown element that contains nodes of that field is treated as one, and
-//! they are shown as in a Group. Known types that are not supported (scripts, sensors, particles)
-//! are reported once per file and type.
+//! they are shown as in a Group. CADFace and HAnimHumanoid have other fields in its place (clauses
+//! 32, CAD geometry, and 26, Humanoid animation). Unknown types and known ones that are not
+//! supported (scripts, sensors, particles, names for other files) are reported once per file and
+//! type.
 
-use super::names::container_of;
 use super::schema::{self, NodeType};
 use roxmltree::Node as Element;
 use std::sync::LazyLock;
@@ -26,6 +27,7 @@ pub(super) fn what(element: Element) -> What {
     match name {
         "Script" => What::LeftOut("scripts are not run"),
         _ if name.ends_with("Sensor") => What::LeftOut("nothing is sensed in a picture"),
+        "EXPORT" | "IMPORT" => What::LeftOut("no node has a name in another file"),
         "ParticleSystem" => What::LeftOut("particles are not simulated"),
         _ if name.ends_with("Emitter") || name.ends_with("PhysicsModel") => {
             What::LeftOut("particles are not simulated")
@@ -35,17 +37,28 @@ pub(super) fn what(element: Element) -> What {
     }
 }
 
-/// Returns whether an element contains, itself or in unknown elements, a node of the field
-/// `children`.
+/// Fields of unknown nodes whose nodes are shown. CADFace has `shape`, HAnimHumanoid `skeleton` and
+/// `skin`; its `joints`, `segments` and `sites` only list nodes of the skeleton again.
+const SHOWN_FIELDS: [&str; 4] = ["children", "shape", "skeleton", "skin"];
+
+/// Returns the field of [`group`] that a node in a field of an unknown node belongs to.
+pub(super) fn field_of_group(asked: &str) -> &str {
+    if SHOWN_FIELDS.contains(&asked) { "children" } else { asked }
+}
+
+/// Returns whether an element contains, itself or in unknown elements, a node that is shown.
 fn holds_children(element: Element) -> bool {
     element.children().filter(Element::is_element).any(|child| {
-        let asked = child.attribute("containerField");
+        let asked = child.attribute("containerField").unwrap_or("children");
         let name = child.tag_name().name();
-        match schema::lookup(name) {
-            Some(ty) => ty.container == "children" && container_of(asked.unwrap_or("children")) == "children",
-            None if name == "ProtoInstance" => asked.unwrap_or("children") == "children",
-            None => asked.is_none() && schema::is_child(name) && holds_children(child),
-        }
+        SHOWN_FIELDS.contains(&asked)
+            && match schema::lookup(name) {
+                Some(ty) => ty.container == "children",
+                None if name == "ProtoInstance" => true,
+                // An assembly may consist of parts that are defined in others.
+                None if name.starts_with("CAD") && child.attribute("USE").is_some() => true,
+                None => schema::is_child(name) && holds_children(child),
+            }
     })
 }
 

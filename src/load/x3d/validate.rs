@@ -1,45 +1,98 @@
 //! Last step of parsing: every shape's mesh is computed once, and fields that depend on each other
-//! are checked.
+//! are checked. Files of Inlines and prototypes of other files come first, each when it is read:
+//! one with an error is left out.
 
 use super::build::Builder;
 use super::cost;
 use super::flatten::MAX_LIGHTS;
 use super::generate::Mode;
-use super::geometry::Fault;
+use super::geometry::{Fault, elevation};
 use super::graph::{GraphView, NodeId, Origin, Overrides};
-use super::shapes::{self, MeshCache};
+use super::shapes::{self, MeshCache, ShapeKey};
 use super::stages;
 use crate::load::{LoadError, LoadErrorKind};
 use crate::scene::{MAX_STAGES, StageMode};
 
-/// Most faces of Text and Extrusion nodes and of geometries in instances of prototypes, in one
-/// scene.
+/// Most faces of Text and Extrusion nodes, of grids that lack heights, and of geometries in
+/// instances of prototypes, in one scene.
 const MAX_MADE_FACES: u64 = 4 << 20;
 
 /// Bytes of a computed mesh without its vectors.
 const SHAPE_BYTES: u64 = 1024;
 
+/// Meshes of the nodes that are checked already.
+#[derive(Default)]
+pub(super) struct Meshes {
+    cache: MeshCache,
+    /// Keys of `cache` in the order of their nodes.
+    keys: Vec<ShapeKey>,
+    /// Number of faces that count towards [`MAX_MADE_FACES`].
+    made_faces: u64,
+}
+
+impl Meshes {
+    /// Returns the number of meshes.
+    pub(super) fn count(&self) -> usize {
+        self.keys.len()
+    }
+
+    /// Removes all but the first `count` meshes.
+    pub(super) fn truncate(&mut self, count: usize) {
+        for key in self.keys.drain(count..) {
+            self.cache.remove(&key);
+        }
+    }
+}
+
 /// Computes the meshes of a graph. An invalid geometry is an error at its field.
 pub(super) fn document(builder: &mut Builder<'_, '_>) -> Result<MeshCache, LoadError> {
+    nodes(builder, 0)?;
+    let graph = &builder.graph;
+    let lights = graph.nodes.iter().filter(|n| n.ty.name.ends_with("Light")).count();
+    if lights > MAX_LIGHTS {
+        let origin = graph.nodes[graph.root as usize].origin;
+        builder.warn_at(origin, format!("of {lights} lights, the first {MAX_LIGHTS} are used"));
+    }
+    Ok(std::mem::take(&mut builder.meshes.cache))
+}
+
+/// Computes the meshes of the nodes from `first` on, except for those that are checked already. An
+/// invalid geometry is an error at its field.
+pub(super) fn nodes(builder: &mut Builder<'_, '_>, first: NodeId) -> Result<(), LoadError> {
+    // Taken out, so that it can change while the graph is viewed.
+    let mut meshes = std::mem::take(&mut builder.meshes);
+    let checked = unchecked(builder, first, &mut meshes);
+    builder.meshes = meshes;
+    let remarks = checked?;
+    builder.graph.nodes[first as usize..].iter_mut().for_each(|node| node.is_checked = true);
+    for (id, remark) in remarks {
+        let origin = builder.graph.nodes[id as usize].origin;
+        builder.warn_at(origin, remark);
+    }
+    Ok(())
+}
+
+/// Adds the meshes of nodes that are not checked yet, and returns remarks on nodes.
+fn unchecked(
+    builder: &mut Builder<'_, '_>,
+    first: NodeId,
+    meshes: &mut Meshes,
+) -> Result<Vec<(NodeId, String)>, LoadError> {
     let still = Overrides::new();
-    let mut mesh_cache = MeshCache::new();
     let mut remarks: Vec<(NodeId, String)> = Vec::new();
-    let mut made_faces = 0_u64;
     let view = GraphView { graph: &builder.graph, overrides: &still };
-    let mut lights = 0;
-    for id in 0..builder.graph.nodes.len() as NodeId {
-        match view.name(id) {
-            "Shape" => {}
-            name => {
-                lights += usize::from(name.ends_with("Light"));
-                let remark = node(&view, id).map_err(|f| refused(builder, &f))?;
-                remarks.extend(remark.map(|r| (id, r)));
-                continue;
-            }
+    for id in first..builder.graph.nodes.len() as NodeId {
+        if view.node(id).is_checked {
+            continue;
+        }
+        if view.name(id) != "Shape" {
+            let remark = node(&view, id).map_err(|f| refused(builder, &f))?;
+            remarks.extend(remark.map(|r| (id, r)));
+            continue;
         }
         let Some(parts) = shapes::parts(&view, id) else { continue };
         remarks.extend(shapes::size_remark(&view, &parts).map(|r| (parts.geometry, r)));
-        if shapes::cached(&mesh_cache, &parts).is_some() {
+        if shapes::cached(&meshes.cache, &parts).is_some() {
             continue;
         }
         let node = parts.geometry;
@@ -47,13 +100,13 @@ pub(super) fn document(builder: &mut Builder<'_, '_>) -> Result<MeshCache, LoadE
         let work = builder.context.memory.work(cost::geometry_bytes(&view, node)).map_err(of_memory)?;
         let (prepared, of_mesh) = shapes::prepare(&view, &parts).map_err(|f| refused(builder, &f))?;
         remarks.extend(of_mesh.into_iter().map(|r| (parts.geometry, r)));
-        let is_made = matches!(view.name(parts.geometry), "Text" | "Extrusion");
+        let is_made = matches!(view.name(node), "Text" | "Extrusion") || elevation::lacking(&view, node) > 0;
         if is_made || view.node(parts.geometry).is_expanded {
-            made_faces += prepared.geometry.mesh.polygons.len() as u64;
-            if made_faces > MAX_MADE_FACES {
+            meshes.made_faces += prepared.geometry.mesh.polygons.len() as u64;
+            if meshes.made_faces > MAX_MADE_FACES {
                 let kind = LoadErrorKind::TooBig {
                     what: "faces of all nodes",
-                    found: made_faces,
+                    found: meshes.made_faces,
                     limit: MAX_MADE_FACES,
                 };
                 return Err(refused(builder, &Fault { node: parts.geometry, field: "", kind }));
@@ -63,16 +116,9 @@ pub(super) fn document(builder: &mut Builder<'_, '_>) -> Result<MeshCache, LoadE
         let kept =
             builder.context.memory.reserve_result(prepared.geometry.mesh.size_bytes() as u64 + SHAPE_BYTES);
         kept.map_err(|kind| refused(builder, &Fault { node, field: "", kind }))?;
-        shapes::store(&mut mesh_cache, &parts, prepared);
+        meshes.keys.push(shapes::store(&mut meshes.cache, &parts, prepared));
     }
-    if lights > MAX_LIGHTS {
-        remarks.push((view.graph.root, format!("of {lights} lights, the first {MAX_LIGHTS} are used")));
-    }
-    for (id, remark) in remarks {
-        let origin = builder.graph.nodes[id as usize].origin;
-        builder.warn_at(origin, remark);
-    }
-    Ok(mesh_cache)
+    Ok(remarks)
 }
 
 /// Returns the error of a geometry, at the position of the offending field.

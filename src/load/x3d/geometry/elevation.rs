@@ -4,14 +4,35 @@ use super::super::graph::{GraphView, NodeId};
 use super::faces::finish;
 use super::normals::push;
 use super::vertices::Vertices;
-use super::{Built, Result, too_few};
+use super::{Built, MAX_MADE_FACES, Result, too_few};
 use crate::scene::{Corner, Mesh, NONE};
 use glam::{DVec2, DVec3};
 
+/// Returns the number of heights along x and z.
+fn dimensions(view: &GraphView, id: NodeId) -> (i64, i64) {
+    let dimension = |field| view.ints(id, field).first().copied().unwrap_or(0);
+    (dimension("xDimension"), dimension("zDimension"))
+}
+
+/// Returns the number of heights that an ElevationGrid lacks and that are taken as 0. It is 0 for a
+/// grid without heights, which has no face, and for one with more than [`MAX_MADE_FACES`], which is
+/// refused: a few bytes of text stand for any number of faces.
+pub(in crate::load::x3d) fn lacking(view: &GraphView, id: NodeId) -> u64 {
+    if view.name(id) != "ElevationGrid" {
+        return 0;
+    }
+    let (nx, nz) = dimensions(view, id);
+    let found = view.reals(id, "height").len() as i64;
+    let has_faces = nx >= 2 && nz >= 2 && found > 0;
+    match has_faces && (nx - 1).saturating_mul(nz - 1) <= MAX_MADE_FACES as i64 {
+        true => (nx * nz - found).max(0) as u64,
+        false => 0,
+    }
+}
+
 /// Builds an ElevationGrid, one quad per cell of the grid.
 pub(super) fn build(view: &GraphView, id: NodeId, is_textured: bool) -> Result<Built> {
-    let dimension = |field| view.ints(id, field).first().copied().unwrap_or(0);
-    let (nx, nz) = (dimension("xDimension"), dimension("zDimension"));
+    let (nx, nz) = dimensions(view, id);
     let height = view.reals(id, "height");
     let mut vertices = Vertices::read(view, id);
     let mut built = Built { colors: vertices.color_use, ..Built::default() };
@@ -24,7 +45,12 @@ pub(super) fn build(view: &GraphView, id: NodeId, is_textured: bool) -> Result<B
         return Ok(built);
     }
     let count = nx.saturating_mul(nz);
-    if (height.len() as i64) < count {
+    let lacking = lacking(view, id);
+    if lacking > 0 {
+        let remark =
+            format!("<ElevationGrid> lacks {lacking} of its {nx} x {nz} heights: they are taken as 0");
+        built.remarks.push(remark);
+    } else if (height.len() as i64) < count {
         return Err(too_few(id, "height", format!("expected {nx} x {nz} = {count} heights"), height.len()));
     }
     if height.len() as i64 > count {
@@ -33,7 +59,8 @@ pub(super) fn build(view: &GraphView, id: NodeId, is_textured: bool) -> Result<B
     }
     let (dx, dz) = (view.real(id, "xSpacing"), view.real(id, "zSpacing"));
     let grid = || (0..nz).flat_map(move |j| (0..nx).map(move |i| (i as f64, j as f64)));
-    vertices.positions = grid().zip(height).map(|((i, j), y)| DVec3::new(i * dx, *y, j * dz)).collect();
+    let heights = height.iter().copied().chain(std::iter::repeat(0.0));
+    vertices.positions = grid().zip(heights).map(|((i, j), y)| DVec3::new(i * dx, y, j * dz)).collect();
     if is_textured && vertices.texcoords.is_empty() {
         let step = DVec2::new((nx - 1) as f64, (nz - 1) as f64);
         vertices.texcoords = grid().map(|(i, j)| DVec2::new(i, j) / step).collect();

@@ -8,10 +8,10 @@
 //!
 //! Beyond the standard: missing parts of a list are replaced with a remark where the rest of the
 //! picture can then be shown (`texCoordIndex` and `colorIndex` whose runs differ from those of
-//! `coordIndex`); a grid without heights or a geometry with coordinates of an unknown type is left
-//! out with a remark; an index out of range is an error.
+//! `coordIndex`, some heights of a grid); a grid without heights or a geometry with coordinates of
+//! an unknown type is left out with a remark; an index out of range is an error.
 
-mod elevation;
+pub(super) mod elevation;
 mod extrusion;
 mod faces;
 mod flat;
@@ -27,7 +27,7 @@ use super::graph::{GraphView, NodeId};
 use crate::load::LoadErrorKind;
 use crate::scene::Mesh;
 
-/// Most faces that one Text or Extrusion may have.
+/// Most faces that one Text or Extrusion, or a grid that lacks heights, may have.
 const MAX_MADE_FACES: u64 = 1 << 20;
 
 /// Kind of vertex colours of a geometry.
