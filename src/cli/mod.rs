@@ -158,6 +158,12 @@ fn check_folder(path: &std::path::Path) -> Result<(), String> {
     }
 }
 
+/// Checks that a picture can be written: its name's extension, and that its folder exists.
+fn check_picture(path: &std::path::Path) -> Result<(), String> {
+    crate::save::SnapshotFormat::of_path(path).map_err(|e| e.to_string())?;
+    check_folder(path)
+}
+
 /// Prints a line on stderr. Errors of writing are ignored.
 pub(crate) fn say(line: &str) {
     progress::clear_line();

@@ -32,6 +32,11 @@ pub(super) struct MovieArgs {
 }
 
 impl MovieArgs {
+    /// Returns whether a movie is to be written.
+    pub fn is_wanted(&self) -> bool {
+        self.movie.is_some()
+    }
+
     /// Returns whether the movie is written to standard output.
     pub fn takes_stdout(&self) -> bool {
         self.movie.as_deref() == Some(Path::new("-"))

@@ -1,5 +1,5 @@
-//! Standard output. A closed pipe is no failure. Other write errors, such as a full disk, are
-//! reported once and make the program fail.
+//! Standard output. A closed pipe is no failure, and ends a program that has nothing else to do.
+//! Other write errors, such as a full disk, are reported once and make the program fail.
 
 use super::{Status, say_as_program};
 use std::io::{self, ErrorKind, Write};
@@ -7,6 +7,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Set when any output of the process was lost.
 static IS_LOST: AtomicBool = AtomicBool::new(false);
+
+/// Set when the program has nothing to do but to answer on standard output.
+static ENDS_IF_CLOSED: AtomicBool = AtomicBool::new(false);
+
+/// Makes a closed pipe end the process, as it ends other programs whose reader has gone.
+pub(crate) fn end_if_closed() {
+    ENDS_IF_CLOSED.store(true, Ordering::Release);
+}
 
 /// Standard output with error reporting, used by all subcommands.
 pub(crate) struct Stdout;
@@ -27,8 +35,12 @@ pub(crate) fn print(text: impl AsRef<[u8]>) {
     let _ = Stdout.write_all(text.as_ref()).and_then(|()| Stdout.flush());
 }
 
-/// Reports the first error of writing, other than a closed pipe or an interruption.
+/// Reports the first error of writing, other than a closed pipe or an interruption; a closed pipe
+/// ends the process after [`end_if_closed`].
 fn notice(error: &io::Error) {
+    if error.kind() == ErrorKind::BrokenPipe && ENDS_IF_CLOSED.load(Ordering::Acquire) {
+        std::process::exit(0);
+    }
     let is_harmless = matches!(error.kind(), ErrorKind::BrokenPipe | ErrorKind::Interrupted);
     if !is_harmless && !IS_LOST.swap(true, Ordering::AcqRel) {
         say_as_program(format_args!("standard output: {error}"));

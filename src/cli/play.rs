@@ -11,7 +11,7 @@ use super::render_args::RenderArgs;
 use super::scene_file;
 use super::trace::TraceAt;
 use super::web::{PreparedWeb, WebArgs, WebPage};
-use super::{FrameSize, Status, say_as_program, signals};
+use super::{FrameSize, Status, check_folder, check_picture, say_as_program, signals};
 use crate::command::EndOfInput;
 use crate::load::SandboxDir;
 use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
@@ -129,10 +129,11 @@ impl Play {
     /// Opens and validates everything that the arguments name.
     fn prepare(&self) -> Result<Stream, String> {
         if let Some(snap) = &self.snap {
-            save::SnapshotFormat::of_path(snap).map_err(|e| e.to_string())?;
+            check_picture(snap)?;
         }
         if let Some(path) = &self.depth_out {
             save::check_depth_path(path).map_err(|e| e.to_string())?;
+            check_folder(path)?;
         }
         self.movie.check()?;
         for (option, is_set) in [("--trace", self.trace.is_some()), ("--explain", self.explain)] {
@@ -288,6 +289,13 @@ impl Play {
 
     /// Returns the stream that replies go to: standard error if the movie takes standard output.
     fn replies(&self) -> Box<dyn io::Write + Send> {
+        let owes_nothing = self.headless
+            && [&self.snap, &self.depth_out, &self.snap_dir].iter().all(|path| path.is_none())
+            && !self.movie.is_wanted()
+            && !self.web.is_wanted();
+        if owes_nothing {
+            output::end_if_closed();
+        }
         match self.movie.takes_stdout() {
             true => Box::new(io::stderr()),
             false => Box::new(Stdout),

@@ -214,6 +214,7 @@ impl Render {
         let flags = [
             ("--near", self.near.is_some()),
             ("--far", self.far.is_some()),
+            ("--max-error", self.max_error.is_some()),
             ("--shade", self.shade.is_some()),
             ("--cull", self.meshes.cull.is_some()),
         ];

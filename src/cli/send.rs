@@ -5,7 +5,7 @@ use super::magic::CommandInput;
 use super::output::Stdout;
 use super::play::open_stream;
 use super::progress::Watched;
-use super::replies::{REPORT_ERRORS, Replies};
+use super::replies::{PREFACE, Replies};
 use super::{Status, say_as_program};
 use clap::Args;
 use std::io::{self, Read, Write};
@@ -68,7 +68,7 @@ impl Send {
         let printer = std::thread::spawn(move || print(replies));
         let mut buffer = vec![0; 1 << 16];
         // Otherwise errors of a stream that Pixelflut has as well would be counted only.
-        let mut sent = wire.write_all(REPORT_ERRORS).map_err(|e| (self.address.clone(), e));
+        let mut sent = wire.write_all(PREFACE).map_err(|e| (self.address.clone(), e));
         while sent.is_ok() {
             match input.read(&mut buffer) {
                 Ok(0) => break,
@@ -78,7 +78,11 @@ impl Send {
             }
         }
         wire.finish();
-        let has_errors = printer.join().unwrap_or(true);
+        let (has_errors, foreign) = printer.join().unwrap_or((true, None));
+        if let Some(found) = foreign {
+            say_as_program(format_args!("{}: expected a fbptr server, found {found:?}", self.address));
+            return Status::Failed;
+        }
         match sent {
             // The server may close first: after QUIT that is no error.
             Err((_, e)) if is_hang_up(&e) => {}
@@ -97,8 +101,9 @@ fn is_hang_up(e: &io::Error) -> bool {
     matches!(e.kind(), io::ErrorKind::BrokenPipe | io::ErrorKind::ConnectionReset)
 }
 
-/// Prints replies on standard output. Returns whether one of their lines was an error.
-fn print(mut wire: Wire) -> bool {
+/// Prints replies on standard output. Returns whether one of their lines was an error, and the first
+/// line of what is no server of this program.
+fn print(mut wire: Wire) -> (bool, Option<String>) {
     let (mut buffer, mut text, mut replies) = (vec![0; 1 << 16], Vec::new(), Replies::default());
     let mut out = Stdout;
     let mut is_heard = true;
@@ -109,13 +114,14 @@ fn print(mut wire: Wire) -> bool {
             Err(_) => 0,
         };
         text.clear();
+        let mut foreign = None;
         match count {
-            0 => replies.finish(&mut text),
+            0 => foreign = replies.finish(&mut text),
             _ => replies.take(&buffer[..count], &mut text),
         }
         is_heard = is_heard && out.write_all(&text).and_then(|()| out.flush()).is_ok();
         if count == 0 {
-            return replies.has_errors;
+            return (replies.has_errors, foreign);
         }
     }
 }

@@ -7,7 +7,7 @@ use super::output::Stdout;
 use super::record_gate::RecordGate;
 use super::render_args::RenderArgs;
 use super::web::WebArgs;
-use super::{FrameSize, Status, args, say_as_program, signals};
+use super::{FrameSize, Status, args, check_picture, say_as_program, signals};
 use crate::draw2d::Blend;
 use crate::load::SandboxDir;
 use crate::memory::SharedFile;
@@ -129,7 +129,7 @@ enum Enlarge {
     Smooth,
 }
 
-/// The quotas.
+/// The quotas. Numbers of bytes may end in K, M or G.
 #[derive(Debug, Args)]
 pub(super) struct Quotas {
     /// Connections at one time
@@ -143,23 +143,23 @@ pub(super) struct Quotas {
     #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u32))]
     idle_timeout: Option<u32>,
     /// Bytes of a payload
-    #[arg(long, value_name = "BYTES", default_value_t = Limits::default().payload_bytes)]
-    max_payload: u64,
+    #[arg(long, value_name = "BYTES", default_value_t = ByteSize(Limits::default().payload_bytes))]
+    max_payload: ByteSize,
     /// Names of a connection, and of all shared names
     #[arg(long, value_name = "N", default_value_t = Limits::default().names)]
     max_names: usize,
     /// Bytes of the resources of a connection, and of all shared ones
-    #[arg(long, value_name = "BYTES", default_value_t = Limits::default().resource_bytes)]
-    max_resources: u64,
+    #[arg(long, value_name = "BYTES", default_value_t = ByteSize(Limits::default().resource_bytes))]
+    max_resources: ByteSize,
     /// Bytes of the frame
-    #[arg(long, value_name = "BYTES", default_value_t = Limits::default().frame_bytes)]
-    max_frame: u64,
+    #[arg(long, value_name = "BYTES", default_value_t = ByteSize(Limits::default().frame_bytes))]
+    max_frame: ByteSize,
     /// Bytes of the files that SNAP has written
-    #[arg(long, value_name = "BYTES", default_value_t = Limits::default().snap_bytes)]
-    max_snaps: u64,
+    #[arg(long, value_name = "BYTES", default_value_t = ByteSize(Limits::default().snap_bytes))]
+    max_snaps: ByteSize,
     /// Bytes of replies that a client has not read [default: 64 MiB, or the frame's bytes if that is more]
     #[arg(long, value_name = "BYTES")]
-    max_replies: Option<usize>,
+    max_replies: Option<ByteSize>,
     /// Seconds that one command may take, but for the drawing of faces
     #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "10")]
     max_command_time: Duration,
@@ -179,16 +179,18 @@ impl Quotas {
             connections: self.max_conns as usize,
             connections_per_address: self.max_conns_per_address.map_or(usize::MAX, |n| n as usize),
             idle_timeout: self.idle_timeout.filter(|s| *s > 0).map(|s| Duration::from_secs(s.into())),
-            payload_bytes: self.max_payload,
+            payload_bytes: self.max_payload.0,
             names: self.max_names,
-            resource_bytes: self.max_resources,
-            frame_bytes: self.max_frame,
-            snap_bytes: self.max_snaps,
+            resource_bytes: self.max_resources.0,
+            frame_bytes: self.max_frame.0,
+            snap_bytes: self.max_snaps.0,
             command_time: self.max_command_time,
             ..Limits::default()
         };
         match self.max_replies {
-            Some(reply_bytes) => Limits { reply_bytes, ..limits },
+            Some(ByteSize(bytes)) => {
+                Limits { reply_bytes: usize::try_from(bytes).unwrap_or(usize::MAX), ..limits }
+            }
             None => limits.for_frame(width, height),
         }
     }
@@ -303,7 +305,7 @@ impl Serve {
     /// Refuses arguments that contradict each other.
     fn check(&self) -> Result<(), String> {
         if let Some(snap) = &self.snap {
-            save::SnapshotFormat::of_path(snap).map_err(|e| e.to_string())?;
+            check_picture(snap)?;
         }
         self.movie.check()?;
         if self.movie.takes_stdout() && self.stdin {

@@ -2,7 +2,7 @@
 
 use super::args::address;
 use super::send::Wire;
-use super::{Status, say_as_program};
+use super::{Status, check_folder, say_as_program};
 use crate::memory::VideoMemory;
 use crate::save::{self, SnapshotFormat};
 use clap::Args;
@@ -24,6 +24,7 @@ impl Snap {
     /// Requests the picture and writes it.
     pub(super) fn run(self) -> Status {
         let checked = address::target(&self.address).and_then(|target| {
+            check_folder(&self.out)?;
             SnapshotFormat::of_path(&self.out).map(|f| (target, f)).map_err(|e| e.to_string())
         });
         let (target, format) = match checked {

@@ -7,7 +7,7 @@ use super::render_args::RenderArgs;
 use super::scene_file::{self, ReadOptions, SceneError, SceneFile, Watch};
 use super::view_web::ViewerPage;
 use super::web::WebArgs;
-use super::{FrameSize, Status, say_as_program, signals};
+use super::{FrameSize, Status, check_picture, say_as_program, signals};
 use crate::executor::Executor;
 use crate::load::SandboxDir;
 use crate::save::{self, Movie, MovieFormat};
@@ -119,10 +119,13 @@ impl ViewArgs {
     fn view(&self) -> Result<Status, SceneError> {
         let bad = SceneError::NoFile;
         if let Some(snap) = &self.snap {
-            save::SnapshotFormat::of_path(snap).map_err(|e| bad(e.to_string()))?;
+            check_picture(snap).map_err(bad)?;
         }
         if let Some(path) = &self.movie {
             MovieFormat::of_path(path).map_err(|e| bad(e.to_string()))?;
+        }
+        if !self.save_dir.is_dir() {
+            return Err(bad(format!("--save-dir {}: there is no such folder", self.save_dir.display())));
         }
         if self.frame_times && self.web.is_wanted() {
             return Err(bad("--frame-times and --web: browsers set the pace of frames".to_owned()));
@@ -224,6 +227,14 @@ impl ViewArgs {
                     ("--time", self.time != 0.0),
                     ("--studio on", self.studio == Some(true)),
                     ("--turntable", self.turntable),
+                ][..],
+            ),
+            Model::Eye(_) => (
+                "a scene of N dimensions",
+                &[
+                    ("--load-dir", self.load_dir.is_some()),
+                    ("--cull", self.meshes.cull.is_some()),
+                    ("--split", self.split.is_some()),
                 ][..],
             ),
             _ => ("no stream of commands", &[("--load-dir", self.load_dir.is_some())][..]),

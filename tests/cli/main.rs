@@ -13,6 +13,7 @@ mod frame_times;
 mod functions;
 mod layers;
 mod movie;
+mod outputs;
 mod play;
 mod playground;
 mod report;

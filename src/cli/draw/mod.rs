@@ -11,7 +11,7 @@ mod prompt;
 mod session;
 
 use super::render_args::RenderArgs;
-use super::{FrameSize, Status, output, say_as_program};
+use super::{FrameSize, Status, check_picture, output, say_as_program};
 use crate::command::help_on;
 use crate::save::{self, SnapshotFormat};
 use crate::server::{Display, DisplayObserver, Engine, Limits, Server};
@@ -63,7 +63,9 @@ impl Draw {
 
     fn draw(&self) -> Result<Status, String> {
         if let Some(snap) = &self.snap {
-            SnapshotFormat::of_path(snap).map_err(|e| e.to_string())?;
+            check_picture(snap)?;
+        } else if self.headless {
+            output::end_if_closed();
         }
         let stream = self.file.as_deref().map(Stream::read).transpose()?;
         let size_of_file = stream.as_ref().and_then(|stream| stream.size);

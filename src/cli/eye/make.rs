@@ -14,23 +14,29 @@ pub(super) struct Make {
     #[arg(long = "make", value_name = "SHAPE")]
     pub shape: Option<Made>,
     /// Dimensions of the space [default: 4]
-    #[arg(long, value_name = "N", requires = "shape")]
+    #[arg(long, value_name = "N", requires = "shape", conflicts_with = "scene")]
     dim: Option<usize>,
-    /// Pixels along each axis of the screen, as many numbers as it has axes
-    #[arg(long, value_name = "AxBxC", default_value = "320x240", requires = "shape")]
-    pixels: String,
+    /// Pixels along each axis of the screen, as many numbers as it has axes [default: 320x240, or 320 in two dimensions]
+    #[arg(long, value_name = "AxBxC", requires = "shape", conflicts_with = "scene")]
+    pixels: Option<String>,
     /// Tangent of the aperture of each hidden axis
-    #[arg(long, value_name = "TAN", default_value_t = 0.4, requires = "shape")]
+    #[arg(long, value_name = "TAN", default_value_t = 0.4, requires = "shape", conflicts_with = "scene")]
     aperture: f64,
     /// Turn the shape in the plane of two axes, from A towards B; again for further turns
-    #[arg(long, value_name = "A,B,DEGREES", requires = "shape", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "A,B,DEGREES",
+        requires = "shape",
+        conflicts_with = "scene",
+        allow_hyphen_values = true
+    )]
     turn: Vec<String>,
     /// The mesh that a prism stands on
-    #[arg(long, value_name = "FILE.obj", requires = "shape")]
+    #[arg(long, value_name = "FILE.obj", requires = "shape", conflicts_with = "scene")]
     mesh: Option<PathBuf>,
-    /// Half the length of a prism along each further axis, in radii of its mesh
-    #[arg(long, value_name = "LENGTH", default_value_t = 0.5, requires = "shape")]
-    half: f64,
+    /// Half the length of a prism along each further axis, in radii of its mesh [default: 0.5]
+    #[arg(long, value_name = "LENGTH", requires = "shape", conflicts_with = "scene")]
+    half: Option<f64>,
 }
 
 /// Shapes that can be made.
@@ -54,6 +60,12 @@ pub(super) enum Made {
 impl Make {
     /// Creates the scene, or returns an error message about the arguments.
     pub fn scene(&self, made: Made) -> Result<EyeScene, String> {
+        if made != Made::Prism && self.mesh.is_some() {
+            return Err("--mesh does nothing here: it is what a prism stands on".to_owned());
+        }
+        if made != Made::Prism && self.half.is_some() {
+            return Err("--half does nothing here: it is a prism's".to_owned());
+        }
         let dim = self.dim.unwrap_or(4);
         let shape = match made {
             Made::Simplex => simplex(dim),
@@ -77,12 +89,17 @@ impl Make {
     /// Returns the settings of the demo scene. Without rotations by the user a shape is rotated in
     /// its first `dim` dimensions.
     fn demo(&self, dim: usize) -> Result<DemoScene, String> {
+        let usual = if dim == 2 { "320" } else { "320x240" };
         let askew = [(0, 1, 30.0), (0, 2, 20.0), (1, 3, 40.0), (0, 3, 25.0), (2, 4, 35.0), (0, 4, 15.0)];
         let turns = match self.turn.is_empty() {
             true => askew.into_iter().filter(|&(_, b, _)| b < dim).collect(),
             false => turns(&self.turn)?,
         };
-        Ok(DemoScene { pixels: pixels(&self.pixels)?, aperture_tan: self.aperture, turns })
+        Ok(DemoScene {
+            pixels: pixels(self.pixels.as_deref().unwrap_or(usual))?,
+            aperture_tan: self.aperture,
+            turns,
+        })
     }
 
     /// Returns the mesh centred at 0 and scaled to radius 1, extruded, and a colour for each of its
@@ -93,8 +110,9 @@ impl Make {
         if !(3..=8).contains(&dim) {
             return Err(format!("--dim: a prism has 3 to 8 dimensions, not {dim}"));
         }
-        if !(self.half.is_finite() && self.half > 0.0) {
-            return Err(format!("--half: expected a length over 0, found {}", self.half));
+        let half = self.half.unwrap_or(0.5);
+        if !(half.is_finite() && half > 0.0) {
+            return Err(format!("--half: expected a length over 0, found {half}"));
         }
         let bytes = std::fs::read(path).map_err(|e| format!("{name}: {e}"))?;
         // Materials are ignored: colours only distinguish a cell from its neighbours.
@@ -117,7 +135,7 @@ impl Make {
             colors[cell as usize] = (DVec3::splat(150.0) + normal * 100.0).to_array();
         }
         for _ in 3..dim {
-            shape = extrude(&shape, -self.half, self.half);
+            shape = extrude(&shape, -half, half);
         }
         Ok((shape, colors))
     }

@@ -1,9 +1,9 @@
 //! The pictures of a run: `--snap` and `--expect`.
 
 use super::super::args::crt::CrtArgs;
+use super::super::check_picture;
 use super::{Refusal, Run};
 use crate::memory::VideoMemory;
-use crate::save::SnapshotFormat;
 use crate::save::golden::{self, Mode, Tolerance};
 use std::path::PathBuf;
 
@@ -21,7 +21,7 @@ impl Pictures {
     pub fn new(args: &Run) -> Result<Pictures, Refusal> {
         let refuse = |message: String| Refusal { status: 2, message };
         if let Some(snap) = &args.snap {
-            SnapshotFormat::of_path(snap).map_err(|e| refuse(e.to_string()))?;
+            check_picture(snap).map_err(refuse)?;
         }
         let tolerance = tolerance(&args.tolerance).ok_or_else(|| {
             refuse(format!("--tolerance: N or N,PIXELS is expected, N to 255, not {:?}", args.tolerance))
