@@ -9,6 +9,7 @@
 mod args;
 mod batch;
 mod bench;
+mod black_picture;
 mod bytes;
 mod draw;
 mod eye;

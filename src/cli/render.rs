@@ -2,6 +2,7 @@
 
 use super::args::color::color;
 use super::batch::ShardArgs;
+use super::black_picture::BlackPicture;
 use super::mesh_args::MeshArgs;
 use super::render_args::RenderArgs;
 use super::render_output::{ENDINGS, RenderOutput};
@@ -263,14 +264,13 @@ impl Render {
         let (mut plans, mut shapes) = (String::new(), MeshShapes::at_once());
         let mut is_reported = false;
         while let Some(frame) = output.next_frame() {
-            match self.draw((&mut renderer, &mut shapes), animation, frame, output) {
+            match self.draw((&mut renderer, &mut shapes), animation, frame, output, !is_reported) {
                 Ok(drawn) => {
                     if !plans.ends_with(&drawn.plan) {
                         plans.push_str(&drawn.plan);
                     }
-                    if let Some(reason) =
-                        drawn.empty_reason.filter(|_| !std::mem::replace(&mut is_reported, true))
-                    {
+                    if let Some(reason) = drawn.empty_reason {
+                        is_reported = true;
                         say_as_program(format_args!("{}: frame {frame}: {reason}", self.scene.display()));
                     }
                 }
@@ -280,13 +280,14 @@ impl Render {
         Ok(plans)
     }
 
-    /// Draws and writes one picture.
+    /// Draws and writes one picture; `explains` asks for the reason if it shows nothing.
     fn draw(
         &self,
         (renderer, shapes): (&mut Renderer, &mut MeshShapes),
         animation: &Animation,
         frame: u32,
         output: &mut RenderOutput,
+        explains: bool,
     ) -> Result<Drawn, DrawError> {
         let refused = |message: String| DrawError::Scene(SceneError::Refused(message));
         let scene =
@@ -328,7 +329,14 @@ impl Render {
         let stats = renderer
             .draw_scene(&mut target, scene, options)
             .map_err(|e| refused(format!("{}: {e}", self.scene.display())))?;
-        let reason = EmptyDraw::of_scene(&stats, scene, options, &memory);
+        let mut reason = None;
+        if explains {
+            let black = BlackPicture { scene, options, memory: &memory, background: self.background };
+            reason = EmptyDraw::of_scene(&stats, scene, options, &memory)
+                .or_else(|| black.is_unlit(renderer).then_some(EmptyDraw::NoLight))
+                // The reader of a mesh has said that there is nothing in it.
+                .filter(|r| *r != EmptyDraw::NoContent || !matches!(animation.file, SceneFile::Mesh { .. }));
+        }
         self.write(&memory, depth.as_ref(), frame, output)?;
         // Once, and after the frame, whose bytes it cannot change.
         if self.explain && self.frames.is_none_or(|n| n == 1) {

@@ -4,11 +4,13 @@
 //! Out: an [`EmptyDraw`].
 //! Promises: the contents of the buffers are not read, so the reason depends on nothing but the call
 //! and the depths that it met; for a draw that writes pixels it costs at most one pass over its
-//! lights.
+//! lights and materials, and over its faces up to the first that is not fully transparent.
 
 use super::{DrawCall, DrawStats, SceneOptions};
 use crate::memory::VideoMemory;
-use crate::scene::{Camera, Light, LightingModel, Material, Mesh, Scene, ShadeMode, Viewport, box_corners};
+use crate::scene::{
+    Camera, Light, LightingModel, Material, Mesh, NONE, Scene, ShadeMode, Viewport, box_corners,
+};
 use glam::{DMat4, DVec3};
 use std::fmt;
 use std::ops::Range;
@@ -22,6 +24,8 @@ pub enum EmptyDraw {
     NoViewport,
     /// All of it is black: no light reaches it, and it emits none.
     NoLight,
+    /// All of it is fully transparent.
+    Transparent,
     /// All faces in view are left out by the side seen.
     Culled,
     /// All of it lies behind the eye.
@@ -42,6 +46,7 @@ impl fmt::Display for EmptyDraw {
             EmptyDraw::NoContent => "there are no faces, lines or points in it",
             EmptyDraw::NoViewport => "no pixel of the frame lies in its viewport",
             EmptyDraw::NoLight => "all of it is black: no light reaches it, and it emits none",
+            EmptyDraw::Transparent => "all of it is fully transparent",
             EmptyDraw::Culled => "all faces in view are left out by the side seen",
             EmptyDraw::BehindEye => "all of it lies behind the eye",
             EmptyDraw::OutsideView => "all of it lies outside the view",
@@ -67,6 +72,7 @@ impl EmptyDraw {
         Some(match stats.pixels_written {
             0 if is_without_content(mesh) => EmptyDraw::NoContent,
             0 => EmptyDraw::of_counts(stats, call.viewport, memory, is_behind_eye),
+            _ if is_clear(call) => EmptyDraw::Transparent,
             _ if is_dark => EmptyDraw::NoLight,
             _ => return None,
         })
@@ -82,6 +88,7 @@ impl EmptyDraw {
     ) -> Option<EmptyDraw> {
         let is_empty = || scene.objects.iter().all(|object| is_without_content(&object.geometry.mesh));
         let is_dark = |object| is_dark(&DrawCall::of_object(object, scene, options));
+        let is_clear = |object| is_clear(&DrawCall::of_object(object, scene, options));
         let camera = scene.camera.unwrap_or(options.camera);
         Some(match stats.pixels_written {
             0 if is_empty() => EmptyDraw::NoContent,
@@ -89,6 +96,7 @@ impl EmptyDraw {
                 let is_behind_eye = || is_behind_eye(&camera, scene.bounds(), DMat4::IDENTITY);
                 EmptyDraw::of_counts(stats, options.viewport, memory, is_behind_eye)
             }
+            _ if scene.objects.iter().all(is_clear) => EmptyDraw::Transparent,
             _ if scene.lights.iter().all(is_off) && scene.objects.iter().all(is_dark) => EmptyDraw::NoLight,
             _ => return None,
         })
@@ -170,6 +178,44 @@ pub fn is_dark(call: &DrawCall) -> bool {
         && is_black(call.material)
         && call.back_material.is_none_or(is_black)
         && mesh.materials.iter().all(is_black)
+}
+
+/// Returns the material of each face, line and point of a draw.
+fn materials_of<'a>(call: &'a DrawCall) -> impl Iterator<Item = &'a Material> {
+    let mesh = &call.geometry.mesh;
+    let polygons = mesh.polygons.iter().map(|polygon| polygon.material);
+    let lines = (0..mesh.lines.len()).map(|i| mesh.line_materials.get(i).copied().unwrap_or(NONE));
+    let points = (0..mesh.points.len()).map(|i| mesh.point_materials.get(i).copied().unwrap_or(NONE));
+    let numbers = polygons.chain(lines).chain(points);
+    numbers.map(|number| mesh.materials.get(number as usize).unwrap_or(call.material))
+}
+
+/// Returns whether all of a draw is fully transparent, whatever it covers.
+fn is_clear(call: &DrawCall) -> bool {
+    let is_clear = |m: &Material| m.transparency >= 1.0;
+    let mut all = call.geometry.mesh.materials.iter().chain([call.material]);
+    all.any(is_clear) && call.back_material.is_none_or(is_clear) && materials_of(call).all(is_clear)
+}
+
+/// Returns whether light would show any face of a scene: its material reflects light, and its
+/// texture or the vertices' colors are not black.
+#[cfg(feature = "cli")]
+pub(crate) fn reflects_light(scene: &Scene, options: &SceneOptions) -> bool {
+    let is_lit = |m: &Material| m.model != LightingModel::Unlit;
+    let reflects = |m: &Material| is_lit(m) && (m.kd != DVec3::ZERO || m.ks != DVec3::ZERO);
+    let has_color = |texture: &crate::scene::Texture| {
+        texture.bytes().as_chunks::<4>().0.iter().any(|[r, g, b, a]| [r, g, b] != [&0; 3] && *a > 0)
+    };
+    scene.fog.is_none()
+        && scene.objects.iter().any(|object| {
+            let call = DrawCall::of_object(object, scene, options);
+            let mesh = &object.geometry.mesh;
+            let mut textures = object.geometry.textures.iter().flatten().map(|t| &**t).chain(call.texture);
+            let is_colored =
+                mesh.colors.is_empty() || mesh.colors.iter().any(|c| c.truncate() != DVec3::ZERO);
+            let is_wire = call.shade == ShadeMode::Wire;
+            !is_wire && is_colored && textures.all(has_color) && materials_of(&call).any(reflects)
+        })
 }
 
 /// Returns whether all corners of a box, transformed to world space by `model`, lie behind the eye.

@@ -64,6 +64,8 @@ pub use clip::{ClipVertex, ClippedLine, clip_line, clip_polygon};
 pub use draw_call::{
     CoarseDepth, DepthUse, DrawCall, DrawStats, PathCounts, PipelineError, RenderPath, SceneOptions, Target,
 };
+#[cfg(feature = "cli")]
+pub(crate) use empty_draw::reflects_light;
 pub use empty_draw::{EmptyDraw, is_dark};
 #[cfg(feature = "engine")]
 pub(crate) use mesh_extent::CoverageBound;

@@ -138,12 +138,41 @@ fn a_picture_without_anything_on_it_is_explained() {
     assert!(err(&drawn).contains("the far plane is at 1000: see --far"), "{}", err(&drawn));
     let seen = run(&["render", &far, "-o", &out, "--size", "800x800", "--far", "9000"], b"");
     assert_eq!((seen.status.code(), err(&seen)), (Some(0), ""));
-    let dark = folder.file("dark.fbs", "SIZE 40 30\nMESH b BOX\nLOOKAT 0 0 5 0 0 0 0 1 0\nDRAW b\n");
-    for command in ["play", "view"] {
-        let drawn = run(&[command, &dark, "--headless"], b"");
-        let said = format!("fbptr: {dark}:4: DRAW: ");
-        assert_eq!(drawn.status.code(), Some(0));
-        assert!(err(&drawn).starts_with(&said) && err(&drawn).contains("no light"), "{}", err(&drawn));
+    let scene =
+        |content: &str| format!("<X3D><Scene><NavigationInfo headlight='false'/>{content}</Scene></X3D>");
+    let shape =
+        |material: &str| format!("<Shape><Appearance><Material {material}/></Appearance><Box/></Shape>");
+    let [red, clear] = ["diffuseColor='1 0 0'", "transparency='1'"].map(shape);
+    let (behind, front) = ("<DirectionalLight direction='0 0 1'/>", "<DirectionalLight/>");
+    let on_blue = "<Background skyColor='0 0 1'/>";
+    let dark = "all of it is black: no light reaches it, and it emits none";
+    let unlit = shape("emissiveColor='0 0 0' diffuseColor='0 0 0'");
+    for (content, said) in [
+        (format!("{front}{clear}"), "all of it is fully transparent"),
+        (format!("{front}{clear}{red}"), ""),
+        (format!("{behind}{red}"), dark),
+        (format!("{behind}{red}{on_blue}"), dark),
+        (format!("{front}{red}"), ""),
+        (format!("{front}{red}{on_blue}"), ""),
+        // A black material is black in any light.
+        (format!("{front}{unlit}"), ""),
+    ] {
+        let file = folder.file("s.x3d", scene(&content));
+        for background in ["black", "white"] {
+            let arguments = ["render", &file, "-o", &out, "--size", "16x16", "--background", background];
+            let drawn = run(&arguments, b"");
+            let said =
+                if said.is_empty() { String::new() } else { format!("fbptr: {file}: frame 0: {said}\n") };
+            assert_eq!((drawn.status.code(), err(&drawn)), (Some(0), &*said), "{content} on {background}");
+        }
+    }
+    // A mesh of which the unlit side is seen, and one without content: one message each.
+    let behind = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/meshes/assimp/concave_polygon.obj");
+    let empty = folder.file("e.obj", "o nothing\n");
+    let nothing = "warning: no faces, lines or points: nothing is drawn";
+    for (file, said) in [(behind, format!("frame 0: {dark}")), (&*empty, nothing.to_owned())] {
+        let drawn = run(&["render", file, "-o", &out, "--size", "16x16"], b"");
+        assert_eq!((drawn.status.code(), err(&drawn)), (Some(0), &*format!("fbptr: {file}: {said}\n")));
     }
 }
 

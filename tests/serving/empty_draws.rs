@@ -8,13 +8,15 @@ const LIGHT: &str = "LIGHT 0 DIR 0 0 -1 1 1 1\n";
 /// A triangle that shows its back to the initial camera.
 const BACK: &str = "MESH m OBJ :32\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 3 2\n";
 const EMPTY_SCENE: &str = "SCENE X3D :40\n<X3D version='3.3'><Scene></Scene></X3D>\nDRAWSCENE\n";
+const CLEAR_SCENE: &str = "SCENE X3D :120\n<X3D version='3.3'><Scene><Shape><Appearance>\
+    <Material transparency='1'/></Appearance><Box/></Shape></Scene></X3D>      \nDRAWSCENE\n";
 /// A scene of one shape far behind the camera, with X3D's headlight.
 const SCENE_BEHIND: &str = "SCENE X3D :170\n<X3D version='3.3'><Scene><Viewpoint position='0 0 5'/>\
     <Transform translation='0 0 50'><Shape><Appearance><Material/></Appearance><Box/></Shape></Transform>\
     </Scene></X3D>\nDRAWSCENE\n";
 
 /// Streams that draw once, each with its explanation.
-const CASES: [(&str, &str); 17] = [
+const CASES: [(&str, &str); 18] = [
     // To take a light away is to have a view of one's own.
     ("LIGHT 0 OFF\nMESH m BOX\nDRAW m\n", "all of it is black: there is no light"),
     ("AMBIENT 1 1 1\nMESH m BOX\nDRAW m\n", "all of it is black: there is no light"),
@@ -43,6 +45,7 @@ const CASES: [(&str, &str); 17] = [
     ("*MESH m BOX\nCLIP 0 0 2 2\nDRAW m\n", "nothing is drawn: no pixel of it lies in the clip rectangle"),
     ("*MESH m BOX\nCLIP 0 0 40 40\nTRANSLATE 0 0 20\nDRAW m\n", "nothing is drawn: all of it lies behind"),
     ("CLIP 63 0 9 1\n<SCENE_BESIDE>", "nothing is drawn: no pixel of it lies in the clip rectangle"),
+    ("<CLEAR_SCENE>", "nothing is seen: all of it is fully transparent"),
     ("<EMPTY_SCENE>", "nothing is drawn: there are no faces, lines or points in it"),
     ("<SCENE_BEHIND>", "nothing is drawn: all of it lies behind the eye"),
     ("*MESH m BOX\nDEPTH u16\nHIDE zbuffer\nPERSPECTIVE 0.7 1 3\nDRAW m\n", "nothing is drawn: "),
@@ -54,6 +57,7 @@ fn stream(case: &str) -> String {
         .replace('*', LIGHT)
         .replace("<BACK>", BACK)
         .replace("<EMPTY_SCENE>", EMPTY_SCENE)
+        .replace("<CLEAR_SCENE>", CLEAR_SCENE)
         .replace("<SCENE_BESIDE>", &SCENE_BEHIND.replace("0 0 50", "0 0 -9"))
         .replace("<SCENE_BEHIND>", SCENE_BEHIND)
 }

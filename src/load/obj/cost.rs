@@ -3,6 +3,9 @@
 //! In: a text. Out: an upper bound in bytes. A wrong figure is found by
 //! tests/allocations/decoder_memory.rs, which counts allocated bytes.
 
+use super::lexer::POINTS;
+use super::lines::keyword;
+
 /// Bytes per number of a vertex: in the decoder's vector, which is copied as it grows and has up to
 /// twice the room, and in the mesh.
 const NUMBER_BYTES: u64 = 40;
@@ -18,15 +21,21 @@ const MATERIAL_BYTES: u64 = 4096;
 /// Returns an upper bound of the bytes for reading an OBJ file, the mesh included: it is reserved
 /// separately once it exists.
 pub(super) fn obj_bytes(text: &[u8]) -> u64 {
-    let (mut numbers, mut elements, mut corners) = (0, 0, 0);
+    let (mut numbers, mut elements, mut corners, mut vertices) = (0, 0, 0, 0);
+    // Where lines are joined, the first word of a line may be part of another statement.
+    let (mut has_elements, is_joined) = (false, text.contains(&b'\\'));
     let (mut was_blank, mut first) = (true, None);
-    for &byte in text {
+    for (i, &byte) in text.iter().enumerate() {
         let is_blank = byte.is_ascii_whitespace();
         if matches!(byte, b'\n' | b'\r') {
             first = None;
         } else if was_blank && !is_blank {
             match first {
-                None => elements += u64::from(!matches!(byte, b'v' | b'#')),
+                None => {
+                    elements += u64::from(!matches!(byte, b'v' | b'#'));
+                    vertices += u64::from(byte == b'v');
+                    has_elements |= !is_joined && matches!(keyword(&text[i..]).0, b"f" | b"fo" | b"l" | b"p");
+                }
                 Some(b'#') => {}
                 Some(b'v') => numbers += 1,
                 Some(_) => corners += 1,
@@ -34,6 +43,10 @@ pub(super) fn obj_bytes(text: &[u8]) -> u64 {
             first = first.or(Some(byte));
         }
         was_blank = is_blank;
+    }
+    if !has_elements {
+        // All positions become points.
+        (elements, corners) = (elements + vertices / POINTS + 1, corners + vertices);
     }
     numbers * NUMBER_BYTES + elements * ELEMENT_BYTES + corners * CORNER_BYTES + 4 * longest_statement(text)
 }

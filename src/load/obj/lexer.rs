@@ -2,10 +2,13 @@
 //!
 //! The file is read twice: first `v`, `vt` and `vn`, then `f`, `l` and `p`, so that an element may
 //! refer to a vertex after it, and every index is checked against the totals, with its own line
-//! number. Indices are passed on as absolute, from 1.
+//! number. Indices are passed on as absolute, from 1. If there are no elements, all positions are
+//! passed on as points.
 
 mod elements;
 mod vertices;
+
+pub(super) use elements::POINTS;
 
 use super::lines::{Lines, keyword, shown};
 use crate::load::mesh::PolygonSizes;
@@ -94,6 +97,8 @@ const WHAT: [&str; 3] = ["position", "texture coordinate", "normal"];
 enum Pass {
     Vertices,
     Elements,
+    /// Points of a file without elements, with the next position.
+    Cloud(u32),
     Done,
 }
 
@@ -212,7 +217,11 @@ impl<'a> Lexer<'a> {
             let Some((line, statement)) = self.lines.next() else {
                 match self.pass {
                     Pass::Vertices => self.begin_elements()?,
-                    Pass::Elements | Pass::Done => {
+                    Pass::Elements if self.elements.faces.is_empty() => self.pass = Pass::Cloud(0),
+                    Pass::Cloud(first) if u64::from(first) < self.totals[0] => {
+                        self.pass = Pass::Cloud(self.cloud(first)?);
+                    }
+                    Pass::Elements | Pass::Cloud(_) | Pass::Done => {
                         self.pass = Pass::Done;
                         return Ok(());
                     }

@@ -3,7 +3,8 @@
 //! In: the bytes of a file (UTF-8, UTF-16 or Latin-1, any line ends, a BOM, `\` continuations,
 //! lines of any length). Out: the file's polygons in object space, each corner with its own
 //! indices; a vertex is an OBJ position, so groups and objects do not split a surface. Numbers are
-//! read as f64 and are finite. Unused positions are left out.
+//! read as f64 and are finite. Unused positions are left out; a file without any `f`, `l` and `p` is
+//! a cloud of points.
 //!
 //! `tobj` reports no line numbers, ignores `p`, accepts `nan`, splits vertices by group, and can
 //! panic. So every line is checked first (`lexer`), with its line number; `tobj` gets the checked
@@ -26,6 +27,7 @@ mod through_tobj;
 
 use super::mesh::{LoadedMesh, Smoothing, add_normals};
 use super::{FilePosition, LoadError, LoadErrorKind, LoadMemory, LoadWarning, texture};
+use crate::error::Code;
 use crate::memory::Reservation;
 use crate::scene::{Geometry, Mesh, NONE, Texture};
 use lexer::{ElementKind, Elements, Lexer};
@@ -41,8 +43,9 @@ pub type SideFiles<'a> = dyn FnMut(&str) -> Option<Vec<u8>> + 'a;
 
 /// Parses the OBJ file `file_name` from its bytes; MTL files and textures come from `side_files`.
 ///
-/// A missing MTL file, material or texture is a warning. A file without any statement gives an
-/// empty mesh, with a warning.
+/// A missing MTL file or material, or a texture that is missing or no picture, is a warning. A file
+/// of vertices without any element is a cloud of points; one without any vertex gives an empty
+/// mesh, with a warning.
 pub fn parse(bytes: &[u8], side_files: &mut SideFiles<'_>, file_name: &str) -> Result<LoadedMesh, LoadError> {
     parse_within(bytes, side_files, file_name, &mut LoadMemory::unlimited())
 }
@@ -86,8 +89,9 @@ pub fn parse_smooth(
     let mut placements = Vec::new();
     for (name, line) in &uses {
         let Some(found) = library.get(name.as_str()) else {
-            // If no MTL file was found, that has been reported already.
-            if libraries.is_empty() || !library.is_empty() {
+            // If no MTL file was found, that has been reported already. Some exporters write an empty
+            // usemtl for faces without a material.
+            if !name.is_empty() && (libraries.is_empty() || !library.is_empty()) {
                 let message = format!("material {name:?} is not defined: the faces keep the draw's material");
                 warnings.push(LoadWarning { place: FilePosition::line(file_name, *line), message });
             }
@@ -213,7 +217,7 @@ fn find(side_files: &mut SideFiles<'_>, name: &str) -> Option<Vec<u8>> {
 }
 
 /// Reads the texture of a material from the folder of its MTL file, or from that of the OBJ file. A
-/// file that exists must be a valid picture.
+/// picture that is missing or cannot be decoded is left out with a warning.
 fn read_texture(
     Found { material, folder }: &Found,
     side_files: &mut SideFiles<'_>,
@@ -222,15 +226,21 @@ fn read_texture(
     memory: &mut LoadMemory,
 ) -> Result<Option<Arc<Texture>>, LoadError> {
     let Some(name) = &material.material.texture else { return Ok(None) };
-    for name in [format!("{folder}{name}"), name.clone()] {
-        if let Some(bytes) = find(side_files, &name) {
-            let shown = format!("{}{name}", folder_of(file_name));
-            let texture = texture::decode_within(&bytes, &shown, memory)?;
-            let is_clamped = material.placement.is_clamped;
-            return Ok(Some(Arc::new(if is_clamped { texture.clamped() } else { texture })));
+    let mut left_out = |reason: String| {
+        let message = format!("texture {name:?} {reason}: it is left out");
+        warnings.push(LoadWarning { place: material.texture_place.clone(), message });
+        Ok(None)
+    };
+    for path in [format!("{folder}{name}"), name.clone()] {
+        if let Some(bytes) = find(side_files, &path) {
+            let shown = format!("{}{path}", folder_of(file_name));
+            return match texture::decode_within(&bytes, &shown, memory) {
+                Ok(texture) if material.placement.is_clamped => Ok(Some(Arc::new(texture.clamped()))),
+                Ok(texture) => Ok(Some(Arc::new(texture))),
+                Err(error) if error.code() == Code::Quota => Err(error),
+                Err(error) => left_out(format!("cannot be read ({})", error.kind)),
+            };
         }
     }
-    let message = format!("texture {name:?} cannot be found: it is left out");
-    warnings.push(LoadWarning { place: material.place.clone(), message });
-    Ok(None)
+    left_out("cannot be found".into())
 }

@@ -3,7 +3,8 @@
 //! Statements in use: `newmtl`, `Ka`, `Kd`, `Ks`, `Ke`, `Ns`, `d`, `Tr`, `illum`, `map_Kd`.
 //! Defaults: Ka, Ks and Ke are 0, Kd is 0.8 (1 with a texture), Ns is 1, and the surface is opaque.
 //! `illum 0` is Kd alone, unlit; `illum 1` has no highlight. If both `d` and `Tr` are given, `d`
-//! counts.
+//! counts. `Tr` of 1 or more without `d` is read as opaque, and `Ns` below 1 as no highlight: both
+//! are written by programs that mean that.
 
 use super::lines::{Lines, keyword, number, shown, text, words};
 use super::placement::Placement;
@@ -15,13 +16,32 @@ use std::collections::HashSet;
 use std::io::Write;
 use std::ops::RangeInclusive;
 
-/// A material and the position of its `newmtl`.
+/// Least exponent that makes a highlight: below 1 it is as wide as the diffuse light.
+const LEAST_EXPONENT: f64 = 1.0;
+
+/// A material, and the position of its `map_Kd`.
 #[derive(Clone, Debug)]
 pub(super) struct FileMaterial {
     pub(super) material: Material,
     /// Options of its texture.
     pub(super) placement: Placement,
-    pub(super) place: FilePosition,
+    pub(super) texture_place: FilePosition,
+}
+
+/// Statements of a material that are not passed to `tobj`, and lines of some that are.
+#[derive(Clone, Debug, Default)]
+struct Stated {
+    /// Name, which may be empty.
+    name: String,
+    /// Line of its `newmtl`.
+    line: u32,
+    placement: Placement,
+    /// Line of its `map_Kd`.
+    texture_line: u32,
+    /// Line of its `Ns`.
+    exponent_line: u32,
+    /// Line and value of its `Tr`.
+    transparency: Option<(u32, f64)>,
 }
 
 /// State of the line check of an MTL file.
@@ -30,8 +50,7 @@ struct Check<'a> {
     line: u32,
     /// Checked lines for `tobj`.
     out: Vec<u8>,
-    /// Line of each `newmtl`, and the texture options of its material.
-    materials: Vec<(u32, Placement)>,
+    materials: Vec<Stated>,
     warned: HashSet<String>,
     warnings: Vec<LoadWarning>,
 }
@@ -65,15 +84,61 @@ pub(super) fn parse(
     }
     let mut names = HashSet::new();
     let mut materials = Vec::new();
-    for (raw, (line, placement)) in raw.into_iter().zip(lines) {
-        let place = FilePosition::line(file_name, line);
-        if !names.insert(raw.name.clone()) {
-            let message = format!("material {:?} is defined again: the first one counts", raw.name);
-            warnings.push(LoadWarning { place: place.clone(), message });
+    let (mut opaque, mut matte) = (Alike::default(), Alike::default());
+    for (raw, stated) in raw.into_iter().zip(lines) {
+        let Stated { name, line, placement, texture_line, exponent_line, transparency } = stated;
+        if !names.insert(name.clone()) {
+            let message = format!("material {name:?} is defined again: the first one counts");
+            warnings.push(LoadWarning { place: FilePosition::line(file_name, line), message });
         }
-        materials.push(FileMaterial { material: material(raw), placement, place });
+        let has_opacity = raw.d.is_some();
+        let is_without_highlight = raw.ns.is_some_and(|n| n < LEAST_EXPONENT);
+        let mut material = Material { name, ..material(raw) };
+        match transparency {
+            Some((line, 1.0)) if !has_opacity => opaque.note(line, &material.name),
+            Some((_, tr)) if !has_opacity => material.transparency = tr,
+            _ => {}
+        }
+        let is_lit = material.model != LightingModel::Unlit;
+        if is_without_highlight && is_lit && material.ks != DVec3::ZERO {
+            material.ks = DVec3::ZERO;
+            matte.note(exponent_line, &material.name);
+        }
+        let texture_place = FilePosition::line(file_name, texture_line);
+        materials.push(FileMaterial { material, placement, texture_place });
     }
+    let tr = "is read as opaque: some programs write the opacity there (d has one meaning)";
+    let ns = "is read as no highlight, without Ks: some programs write 0 for that";
+    warnings.extend(opaque.warning(file_name, "Tr 1", tr));
+    warnings.extend(matte.warning(file_name, "Ns below 1", ns));
     Ok((materials, warnings))
+}
+
+/// Materials that are read in the same way: line and name of the first, and the number of others.
+#[derive(Default)]
+struct Alike {
+    first: Option<(u32, String)>,
+    others: usize,
+}
+
+impl Alike {
+    fn note(&mut self, line: u32, name: &str) {
+        match self.first {
+            Some(_) => self.others += 1,
+            None => self.first = Some((line, name.to_owned())),
+        }
+    }
+
+    /// Returns one warning for all of them, if there are any.
+    fn warning(self, file_name: &str, what: &str, why: &str) -> Option<LoadWarning> {
+        let (line, name) = self.first?;
+        let others = match self.others {
+            0 => String::new(),
+            others => format!(" and {others} more"),
+        };
+        let message = format!("{what} of material {name:?}{others} {why}");
+        Some(LoadWarning { place: FilePosition::line(file_name, line), message })
+    }
 }
 
 impl Check<'_> {
@@ -98,12 +163,10 @@ impl Check<'_> {
         match word {
             [] | [b'#', ..] => return Ok(()),
             b"newmtl" => {
+                // Some exporters write an empty name, which `tobj` refuses: it gets a number.
                 let name = text(arguments).trim().to_owned();
-                if name.is_empty() {
-                    return Err(self.syntax("newmtl is followed by a material's name", arguments));
-                }
-                self.materials.push((self.line, Placement::default()));
-                writeln!(self.out, "newmtl {name}").expect("memory can be written");
+                writeln!(self.out, "newmtl {}", self.materials.len()).expect("memory can be written");
+                self.materials.push(Stated { name, line: self.line, ..Stated::default() });
                 return Ok(());
             }
             _ if self.materials.is_empty() && word[0].is_ascii_alphabetic() => {
@@ -111,8 +174,15 @@ impl Check<'_> {
                 return Ok(());
             }
             b"Ka" | b"Kd" | b"Ks" | b"Ke" => self.color(word, arguments)?,
-            b"Ns" => self.number(word, arguments, "an exponent", 0.0..=f64::MAX)?,
-            b"Tr" => self.number(word, arguments, "a transparency", 0.0..=1.0)?,
+            b"Ns" => {
+                let value = self.number(word, arguments, "an exponent", 0.0..=f64::MAX)?;
+                writeln!(self.out, "Ns {value:?}").expect("memory can be written");
+                self.note(|material, line| material.exponent_line = line);
+            }
+            b"Tr" => {
+                let value = self.number(word, arguments, "a transparency", 0.0..=f64::MAX)?.min(1.0);
+                self.note(|material, line| material.transparency = Some((line, value)));
+            }
             b"d" => {
                 let mut list = words(arguments).peekable();
                 let rest = match list.next_if(|w| *w == b"-halo") {
@@ -122,17 +192,10 @@ impl Check<'_> {
                     }
                     None => arguments,
                 };
-                self.number(b"d", rest, "an opacity", 0.0..=1.0)?;
+                let value = self.number(b"d", rest, "an opacity", 0.0..=1.0)?;
+                writeln!(self.out, "d {value:?}").expect("memory can be written");
             }
-            b"illum" => {
-                let first = words(arguments).next().unwrap_or_default();
-                match std::str::from_utf8(first).ok().and_then(|t| t.parse::<u8>().ok()) {
-                    Some(model @ 0..=10) => {
-                        writeln!(self.out, "illum {model}").expect("memory can be written")
-                    }
-                    _ => return Err(self.syntax("illum is a whole number from 0 to 10", first)),
-                }
-            }
+            b"illum" => self.illumination(arguments)?,
             b"map_Kd" => self.texture(arguments),
             b"Ni" | b"Tf" | b"sharpness" | b"Km" | b"map_aat" => {}
             b"map_Ka" | b"map_Ks" | b"map_Ke" | b"map_Ns" | b"map_NS" | b"map_ns" | b"map_d"
@@ -177,22 +240,39 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// Handles a statement with one number, clamped to `range` with a warning.
+    /// Handles `illum`, whose number may be written as a real.
+    fn illumination(&mut self, arguments: &[u8]) -> Result<(), LoadError> {
+        let word = words(arguments).next().unwrap_or_default();
+        let number = std::str::from_utf8(word).ok().and_then(|text| text.parse::<f64>().ok());
+        match number.filter(|n| n.fract() == 0.0 && (0.0..=10.0).contains(n)) {
+            Some(model) => writeln!(self.out, "illum {}", model as u8).expect("memory can be written"),
+            None => return Err(self.syntax("illum is a whole number from 0 to 10", word)),
+        }
+        Ok(())
+    }
+
+    /// Notes a statement of the material that is being read, with its line.
+    fn note(&mut self, set: impl FnOnce(&mut Stated, u32)) {
+        if let Some(material) = self.materials.last_mut() {
+            set(material, self.line);
+        }
+    }
+
+    /// Reads the number of a statement, clamped to `range` with a warning.
     fn number(
         &mut self,
         word: &[u8],
         arguments: &[u8],
         what: &'static str,
         range: RangeInclusive<f64>,
-    ) -> Result<(), LoadError> {
+    ) -> Result<f64, LoadError> {
         let token = words(arguments).next().unwrap_or_default();
         let value = number(token, what, || self.place())?;
         let nearest = value.clamp(*range.start(), *range.end());
         if nearest != value {
             self.warn_of(word, &format!("{value:?} is out of range: {nearest:?} is taken"));
         }
-        writeln!(self.out, "{} {nearest:?}", text(word)).expect("memory can be written");
-        Ok(())
+        Ok(nearest)
     }
 
     /// Handles `map_Kd [options] name`. The name may contain blanks; options that would change the
@@ -240,15 +320,13 @@ impl Check<'_> {
             // Some exporters write an empty one for a material without a texture.
             return self.warn_of(b"map_Kd", "names no file: it is left out");
         }
-        if let Some((_, of_material)) = self.materials.last_mut() {
-            *of_material = placement;
-        }
+        self.note(|material, line| (material.placement, material.texture_line) = (placement, line));
         writeln!(self.out, "map_Kd {name}").expect("memory can be written");
     }
 }
 
 /// Converts a material as read by `tobj`, with the defaults of the format and the effect of
-/// `illum`.
+/// `illum`, but without its name and `Tr`.
 fn material(raw: RawMaterial) -> Material {
     let defaults = Material::default();
     let color = |c: Option<[f64; 3]>, default: DVec3| c.map_or(default, DVec3::from_array);
@@ -258,10 +336,10 @@ fn material(raw: RawMaterial) -> Material {
         ks: color(raw.ks, DVec3::ZERO),
         n: raw.ns.unwrap_or(defaults.n),
         emissive: color(raw.ke, DVec3::ZERO),
-        transparency: raw.d.map(|d| 1.0 - d).or(raw.tr).unwrap_or(0.0),
+        transparency: raw.d.map_or(0.0, |d| 1.0 - d),
         model: LightingModel::Blinn,
         texture: raw.map_kd,
-        name: raw.name,
+        name: String::new(),
     };
     match raw.illum {
         Some(0) => {

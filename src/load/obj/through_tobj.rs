@@ -29,14 +29,12 @@ pub(super) struct RawMesh {
 /// One material as read by `tobj`; `None` for each value that the file does not have.
 #[derive(Default)]
 pub(super) struct RawMaterial {
-    pub(super) name: String,
     pub(super) ka: Option<[f64; 3]>,
     pub(super) kd: Option<[f64; 3]>,
     pub(super) ks: Option<[f64; 3]>,
     pub(super) ke: Option<[f64; 3]>,
     pub(super) ns: Option<f64>,
     pub(super) d: Option<f64>,
-    pub(super) tr: Option<f64>,
     pub(super) illum: Option<u8>,
     pub(super) map_kd: Option<String>,
 }
@@ -72,14 +70,12 @@ pub(super) fn mtl(checked: &mut impl BufRead, file_name: &str) -> Result<Vec<Raw
     let loaded = never_panicking(|| tobj::load_mtl_buf(checked));
     let (materials, _) = tobj_result(loaded, "MTL", || FilePosition::file(file_name))?;
     let raw = |m: tobj::Material| RawMaterial {
-        name: m.name,
         ka: m.ambient,
         kd: m.diffuse,
         ks: m.specular,
         ke: m.emissive,
         ns: m.shininess,
         d: m.dissolve,
-        tr: m.unknown_param.get("Tr").and_then(|t| t.parse().ok()),
         illum: m.illumination_model,
         map_kd: m.diffuse_texture,
     };

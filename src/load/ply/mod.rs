@@ -9,12 +9,14 @@
 //! `serde-ply` reports no place; it reads through a counter of bytes, and an error stands where the
 //! counter does: in a line of a text, at a byte of a binary file. It believes the header's counts;
 //! so each element's smallest size is compared with the bytes that are left, and memory is reserved,
-//! before its rows are read. An index is checked when its row is.
+//! before its rows are read. An index is checked when its row is. A line of a text with more values
+//! than its row has is searched once an error is found.
 //!
 //! Source: G. Turk, The PLY Polygon File Format, 1994.
 
 mod build;
 mod elements;
+mod long_row;
 mod rows;
 #[cfg(test)]
 mod tests;
@@ -76,7 +78,14 @@ pub fn parse(
             .and_then(|most| memory.work(most))
             .map_err(|kind| place.refuse(at.get(), kind))?;
         work.push(reserved);
-        elements.read(&element.name, &mut reader, &at).map_err(|e| fail(&place, e))?;
+        let start = at.get();
+        elements.read(&element.name, &mut reader, &at).map_err(|e| {
+            let long = long_row::find(&element, bytes, start..at.get()).filter(|_| place.is_text);
+            match long.filter(|_| memory.check_cancelled().is_ok()) {
+                Some((at, reason)) => place.refuse(at, LoadErrorKind::Undecodable { format: "PLY", reason }),
+                None => fail(&place, e),
+            }
+        })?;
     }
     let lacks_normals = elements.vertices.normals.is_empty();
     let mut mesh = build::mesh(elements).map_err(|(at, kind)| place.refuse(at, kind))?;

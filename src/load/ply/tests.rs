@@ -141,6 +141,15 @@ fn broken_files_are_refused_with_place_and_reason() {
         (square(&face, "-3 0 1 2\n"), "m.ply:15: not a readable PLY: Failed to parse u8 from ASCII"),
         (square(&face, "200 0 1 2\n"), "m.ply:15: not a readable PLY: failed to fill whole buffer"),
         (square(&face, "3 0 one 2\n"), "m.ply:15: not a readable PLY: Failed to parse i32 from ASCII"),
+        // More values than the header has are read as the next row; a line may be of whole rows.
+        (
+            square(&face.replace("face 1", "face 3"), "3 0 1 2\n3 0 2 3 9 1 1\n3 0 1 2\n"),
+            "m.ply:16: not a readable PLY: a row of \"face\" with 7 values, and its properties take 4 of them",
+        ),
+        (
+            square(&face.replace("face 1", "face 3"), "3 0 1 2\n3 0 1 3 3 0 one 2\n"),
+            "m.ply:16: not a readable PLY: Failed to parse i32 from ASCII",
+        ),
         (
             square("", "").replace("1 1 0", "1 inf 0"),
             "m.ply:11: not a readable PLY: expected a finite number, found inf",

@@ -14,6 +14,7 @@ fn text(reason: EmptyDraw) -> &'static str {
         EmptyDraw::NoLight => {
             "all of it is black: there is no light (LIGHT i ..., or AMBIENT with a MATERIAL whose ka is not 0)"
         }
+        EmptyDraw::Transparent => "nothing is seen: all of it is fully transparent",
         EmptyDraw::Culled => "nothing is drawn: CULL leaves out all faces in view (CULL none draws them)",
         EmptyDraw::BehindEye => "nothing is drawn: all of it lies behind the eye",
         EmptyDraw::OutsideView => "nothing is drawn: all of it lies outside the view",

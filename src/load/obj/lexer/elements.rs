@@ -5,6 +5,9 @@ use crate::load::obj::lines::{text, words};
 use crate::load::smooth::UNGROUPED;
 use crate::load::{LoadError, LoadErrorKind};
 
+/// Most points of one element of a cloud.
+pub(in crate::load::obj) const POINTS: u64 = 64;
+
 impl Lexer<'_> {
     /// Handles a statement of the second pass: elements are passed on with their indices checked;
     /// vertices are counted for relative indices.
@@ -20,11 +23,6 @@ impl Lexer<'_> {
             }
             b"usemtl" => {
                 let name = text(arguments).trim().to_owned();
-                if name.is_empty() {
-                    // Some exporters write an empty usemtl for faces without a material.
-                    self.material_use = u32::MAX;
-                    return Ok(());
-                }
                 let next = self.elements.uses.len() as u32;
                 self.material_use = *self.use_numbers.entry(name.clone()).or_insert(next);
                 if self.material_use == next {
@@ -44,8 +42,7 @@ impl Lexer<'_> {
         Ok(())
     }
 
-    /// Checks an element of at least `least` corners, records its properties, and passes it on as
-    /// `f`.
+    /// Checks an element of at least `least` corners, and adds it.
     fn element(
         &mut self,
         kind: ElementKind,
@@ -61,6 +58,21 @@ impl Lexer<'_> {
         if corners.len() < least {
             return Err(self.syntax(expected, arguments));
         }
+        self.add(kind, &corners)?;
+        self.corners = corners;
+        Ok(())
+    }
+
+    /// Passes on positions from `first` as points, at most [`POINTS`], and returns the next one.
+    pub(super) fn cloud(&mut self, first: u32) -> Result<u32, LoadError> {
+        let end = self.totals[0].min(u64::from(first) + POINTS) as u32;
+        let corners: Vec<_> = (first..end).map(|position| [Some(position), None, None]).collect();
+        self.add(ElementKind::Points, &corners)?;
+        Ok(end)
+    }
+
+    /// Records the properties of an element, and passes it on as `f`.
+    fn add(&mut self, kind: ElementKind, corners: &[[Option<u32>; 3]]) -> Result<(), LoadError> {
         self.sizes.add(corners.len(), kind == ElementKind::Face).map_err(|kind| self.refuse(kind))?;
         // An attribute counts only if all corners of the element have it.
         let mut has = [true; 3];
@@ -75,7 +87,7 @@ impl Lexer<'_> {
             }
         }
         self.out.extend_from_slice(b"f");
-        for corner in &corners {
+        for corner in corners {
             for list in 0..3 {
                 self.out.push(if list == 0 { b' ' } else { b'/' });
                 if self.totals[list] > 0 {
@@ -88,7 +100,6 @@ impl Lexer<'_> {
             }
         }
         self.out.push(b'\n');
-        self.corners = corners;
         self.elements.faces.push(Element {
             kind,
             has_texcoords: has[1],
