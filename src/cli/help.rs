@@ -121,8 +121,8 @@ const EXAMPLES_OF_ALL: &str = "Examples:
 
 const EXIT_STATUS: &str = "  0    all went well
   1    a command or a file failed
-  2    the arguments are no use
-  130  ended by a signal
+  2    the arguments are no use, or name files that are not there
+  130  `play` was ended by a signal; `serve` ends with 0, as it is meant to end so
   `run` ends with the status of the program that it runs, 128 + n if signal n ended it";
 
 #[cfg(feature = "wayland")]

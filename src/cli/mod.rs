@@ -2,9 +2,9 @@
 //! drawing is done by the other modules.
 //!
 //! Exit status: 0 for success, 1 if a command or a file failed, 2 if the arguments are invalid, 130
-//! if a signal ended the program; that of `run` is the status of the program that it runs. Replies
-//! go to stdout, everything else to stderr. A closed pipe neither ends the program nor causes a
-//! panic; a full disk is a failure.
+//! if a signal ended `play`; that of `run` is the status of the program that it runs. Replies go to
+//! stdout, everything else to stderr. A closed pipe causes no panic, and ends a program that has
+//! nothing else to do; a full disk is a failure.
 
 mod args;
 mod batch;

@@ -7,7 +7,7 @@ use crate::memory::VideoMemory;
 use crate::save::{self, SnapshotFormat};
 use clap::Args;
 use std::io::{self, BufRead, BufReader, Read, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Take a picture of a running server.
 #[derive(Debug, Args)]
@@ -23,6 +23,14 @@ pub struct Snap {
 impl Snap {
     /// Requests the picture and writes it.
     pub(super) fn run(self) -> Status {
+        let place = Path::new(&self.address);
+        if SnapshotFormat::of_path(place).is_ok() && (place.is_file() || !place.exists()) {
+            let (address, out) = (&self.address, self.out.display());
+            say_as_program(format_args!(
+                "the server stands before the picture: `fbptr snap {out} {address}`"
+            ));
+            return Status::BadArguments;
+        }
         let checked = address::target(&self.address).and_then(|target| {
             check_folder(&self.out)?;
             SnapshotFormat::of_path(&self.out).map(|f| (target, f)).map_err(|e| e.to_string())

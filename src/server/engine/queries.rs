@@ -136,9 +136,11 @@ impl Engine {
             (SnapTarget::Connection, _) => None,
             (SnapTarget::File(_), Some(folder)) => Some(folder.clone()),
             (SnapTarget::File(name), None) => {
-                return Err(
-                    Fault::new(Code::Perm, "snapshots need a folder, and there is none").got(name.as_str())
-                );
+                return Err(Fault::new(
+                    Code::Perm,
+                    "snapshots need a folder (--snap-dir), and there is none",
+                )
+                .got(name.as_str()));
             }
         };
         if let SnapTarget::File(name) = &target
