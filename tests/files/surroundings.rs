@@ -49,8 +49,8 @@ fn bytes_after_the_end_of_gzip_data_are_skipped_with_a_warning() {
     let document = parsed(&main).unwrap();
     assert_eq!(document.at(0.0).objects.len(), 2);
     let expected = [
-        "t.x3dz: warning: 9 bytes after the end of the gzip data were skipped",
-        "inner.x3dz: warning: 9 bytes after the end of the gzip data were skipped",
+        "t.x3dz: warning: bytes after the end of the gzip data were skipped: 9",
+        "inner.x3dz: warning: bytes after the end of the gzip data were skipped: 9",
     ];
     assert_eq!(warnings(&document), expected);
     // What is cut off stays an error.
@@ -290,7 +290,7 @@ fn what_a_geometry_lacks_is_a_warning_and_the_rest_is_drawn() {
         (
             "<ElevationGrid xDimension='3' zDimension='3' height='0 0 0 0 1 0 0 0'/>".into(),
             Some(4),
-            Some("9: warning: <ElevationGrid> lacks 1 of its 3 x 3 heights: they are taken as 0"),
+            Some("9: warning: <ElevationGrid> lacks 1 of its 3 x 3 heights: 0 is taken"),
         ),
     ] {
         check_shape(&shape, faces, warning);

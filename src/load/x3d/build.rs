@@ -151,7 +151,7 @@ impl<'d, 'r> Builder<'d, 'r> {
         let text = self.texts.push(source).ok_or_else(too_many)?;
         self.sources.push(text);
         if trailing > 0 {
-            let message = format!("{trailing} bytes after the end of the gzip data were skipped");
+            let message = format!("bytes after the end of the gzip data were skipped: {trailing}");
             self.warn_of_file(self.sources.len() - 1, message);
         }
         let document =
@@ -174,14 +174,16 @@ impl<'d, 'r> Builder<'d, 'r> {
         let memory = &*self.context.memory;
         let inflate = || gzip::inflate(bytes, gzip::MAX_INFLATED, memory).map_err(refused);
         let inflated = gzip::is_gzip(bytes).then(inflate).transpose()?;
-        let content = inflated.as_ref().map_or(bytes, |inflated| &inflated.bytes);
+        let (content, trailing, _held) = match &inflated {
+            Some(gzip::Inflated { bytes, held, trailing }) => (bytes.as_slice(), *trailing, Some(held)),
+            None => (bytes, 0, None),
+        };
         if let Some(reason) = unusable::other_format(content) {
             let reason = reason.to_string();
             return Err(refused(LoadErrorKind::Undecodable { format: "X3D file", reason }));
         }
         self.reserve_text(content).map_err(refused)?;
-        let source = xml::XmlSource::decode(content, name)?;
-        Ok((source, inflated.as_ref().map_or(0, |inflated| inflated.trailing)))
+        Ok((xml::XmlSource::decode(content, name)?, trailing))
     }
 
     /// Reserves memory for reading a text, until the graph is complete: prototypes need the trees,

@@ -9,9 +9,9 @@
 //! not of its type (NaN, infinities and wrong counts of numbers included); indices out of range;
 //! USE without DEF or of an enclosing node; Inlines in a cycle, prototypes that contain themselves;
 //! sizes over the limits. Warnings: unknown nodes and fields (the children of an unknown grouping
-//! node are shown), text among elements, misplaced nodes, files that cannot be found, are outside
-//! the root or have one of the errors above but a cycle or a size, ROUTEs between missing fields,
-//! shapes without extent.
+//! node are shown), text among elements, misplaced nodes, ROUTEs between missing fields, shapes
+//! without extent; files of Inlines and prototypes that cannot be found, are outside the root, or
+//! have an error other than a cycle or a size.
 //!
 //! The expected result for each family of nodes is in the head of its module, with the clause of
 //! ISO/IEC 19775-1: `proto` and `instance` (prototypes), `units`, `flatten` (groups, lights,

@@ -47,8 +47,7 @@ pub(super) fn build(view: &GraphView, id: NodeId, is_textured: bool) -> Result<B
     let count = nx.saturating_mul(nz);
     let lacking = lacking(view, id);
     if lacking > 0 {
-        let remark =
-            format!("<ElevationGrid> lacks {lacking} of its {nx} x {nz} heights: they are taken as 0");
+        let remark = format!("<ElevationGrid> lacks {lacking} of its {nx} x {nz} heights: 0 is taken");
         built.remarks.push(remark);
     } else if (height.len() as i64) < count {
         return Err(too_few(id, "height", format!("expected {nx} x {nz} = {count} heights"), height.len()));
