@@ -304,7 +304,7 @@ fn arguments_of_parts_that_make_no_sense_are_refused() {
         ("render t.json -o f.png --frames 4 --turn 0,4,90", "from 0 to 3"),
         ("render mesh.obj -o a/f.png --depth-out b/d.pfm --frames 4 --shard 0/2", "one folder"),
         ("batch check .", "without a record"),
-        ("batch check nowhere", "without a record"),
+        ("batch check nowhere", "there is no such folder"),
         ("batch movie . -o a.png", ".gif"),
     ] {
         let said = ends(&folder, line, 2);

@@ -144,7 +144,7 @@ fn nothing_of_an_unusable_file_is_left() {
         let of = |o: &fbptr::scene::Object| {
             (o.name.clone(), o.model, o.geometry.mesh.positions.clone(), o.texture.is_some())
         };
-        (scene.objects.iter().map(of).collect::<Vec<_>>(), scene.background.clone().color)
+        (scene.objects.iter().map(of).collect::<Vec<_>>(), scene.background.color)
     };
     assert_eq!(facts(&scene), facts(&alone));
     assert_eq!(scene.objects.len(), 3);
