@@ -55,6 +55,13 @@ pub(super) fn print(
     size: [u32; 2],
     TraceAt(probe): TraceAt,
 ) -> Result<(), String> {
+    if let Probe::Pixel(x, y) = probe {
+        let is_inside = |v: i32, end: u32| u32::try_from(v).is_ok_and(|v| v < end);
+        let [width, height] = size;
+        if !is_inside(x, width) || !is_inside(y, height) {
+            return Err(format!("--trace: pixel ({x}, {y}) is outside the frame of {width} x {height}"));
+        }
+    }
     let trace = trace_scene(scene, options, size, DepthFormat::default(), probe)
         .map_err(|e| format!("--trace: {e}"))?;
     output::print(format!("{trace}\n"));

@@ -10,3 +10,6 @@ pub mod nvec;
 pub mod polygon;
 pub mod power;
 pub mod projection;
+mod sort3;
+
+pub(crate) use sort3::sort3;

@@ -81,7 +81,7 @@ impl Timing {
 
 /// Returns the quartiles of one value at least.
 fn quartiles(mut values: Vec<f64>) -> [f64; 3] {
-    values.sort_by(f64::total_cmp);
+    values.sort_unstable_by(f64::total_cmp);
     let last = values.len() - 1;
     [1, 2, 3].map(|k| values[(last * k + 2) / 4])
 }

@@ -18,6 +18,7 @@
 
 use super::vertex::Vertex;
 use super::viewport::ViewportTransform;
+use crate::math::sort3;
 use crate::scene::Interpolation;
 
 /// A face's plane over the screen.
@@ -291,7 +292,7 @@ fn canonical_order(corners: [&Vertex; 3]) -> Option<[usize; 3]> {
         a.w.total_cmp(&b.w).then(a.z.total_cmp(&b.z)).then(a.x.total_cmp(&b.x)).then(a.y.total_cmp(&b.y))
     };
     let mut order = [0, 1, 2];
-    order.sort_by(|&a, &b| by_position(corners[a], corners[b]));
+    sort3(&mut order, |&a, &b| by_position(corners[a], corners[b]).is_lt());
     let first = (0..3).min_by(|&a, &b| away(corners[order[a]]).total_cmp(&away(corners[order[b]])))?;
     order[..=first].rotate_right(1);
     (corners[order[0]].clip.w > 0.0).then_some(order)

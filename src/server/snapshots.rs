@@ -163,7 +163,7 @@ fn own_pictures(folder: &Path) -> io::Result<Vec<Picture>> {
             });
         }
     }
-    pictures.sort_by(|a, b| a.key.cmp(&b.key));
+    pictures.sort_unstable_by(|a, b| a.key.cmp(&b.key));
     Ok(pictures)
 }
 

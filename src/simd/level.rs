@@ -109,10 +109,11 @@ impl Level {
     }
 
     /// Runs a kernel of long chains of dependent operations: as [`dispatch`](Level::dispatch) does,
-    /// but over pairs of vectors where they have 8 lanes and pairs are faster.
+    /// but over pairs of vectors where they have 8 lanes and pairs are faster. Pairs are compiled
+    /// with the feature `avx512`, that of kernels of 16 lanes.
     #[inline]
     pub(crate) fn dispatch_long<K: Kernel>(self, kernel: K) -> K::Output {
-        #[cfg(target_arch = "x86_64")]
+        #[cfg(all(target_arch = "x86_64", any(test, feature = "avx512")))]
         if self.min(Level::best()) == Level::Avx2 && super::avx2::pairs_are_faster() {
             // SAFETY: `best` found the CPU to have every feature that the function names.
             return unsafe { super::avx2::run_paired(kernel) };

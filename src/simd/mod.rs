@@ -29,7 +29,7 @@ mod neon;
     all(target_arch = "wasm32", target_feature = "simd128")
 ))]
 mod packing;
-#[cfg(any(test, target_arch = "x86_64"))]
+#[cfg(any(test, all(target_arch = "x86_64", feature = "avx512")))]
 mod pair;
 mod pixels;
 mod portable;

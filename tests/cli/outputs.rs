@@ -95,6 +95,17 @@ fn options_that_do_nothing_for_n_dimensions_are_refused() {
 }
 
 #[test]
+fn a_pixel_outside_the_frame_is_not_traced() {
+    let folder = Folder::new("trace-outside");
+    let model = folder.file("m.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
+    for (pixel, status) in [("8,5", 1), ("-1,0", 1), ("0,6", 1), ("4,3", 0)] {
+        let traced = run(&["render", &model, "--size", "8x6", &format!("--trace={pixel}")], b"");
+        assert_eq!(traced.status.code(), Some(status), "{pixel}: {}", err(&traced));
+        assert_eq!(err(&traced).contains("is outside the frame of 8 x 6"), status == 1, "{}", err(&traced));
+    }
+}
+
+#[test]
 fn what_is_no_server_is_told() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();

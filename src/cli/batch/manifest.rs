@@ -95,7 +95,7 @@ impl Records {
                 paths.push(entry.path());
             }
         }
-        paths.sort();
+        paths.sort_unstable();
         let mut records = Records { manifests: paths.len(), ..Records::default() };
         for path in paths {
             let bytes = fs::read(&path).map_err(|e| at(&path, e))?;

@@ -1,7 +1,8 @@
 //! The stream that `draw FILE` continues.
 //!
 //! In: a file's bytes. Out: its complete commands up to the end or `QUIT`, none of which lacks a
-//! part of its payload, and the error of a last one that is cut off. Promise: the commands are those that `play` runs, but for `SIZE`. Tested below and by `tests/cli/draw.rs`.
+//! part of its payload, and the error of a last one that is cut off. Promise: the commands are those
+//! that `play` runs, but for `SIZE`. Tested below and by `tests/cli/draw.rs`.
 
 use super::{read_all, session};
 use crate::cli::FrameSize;

@@ -147,7 +147,7 @@ fn complete(line: &str, names: &[String]) -> (usize, Vec<String>) {
     };
     let fits = |word: &String| word.get(..begun.len()).is_some_and(|s| s.eq_ignore_ascii_case(begun));
     let mut fitting: Vec<String> = candidates.into_iter().filter(fits).collect();
-    fitting.sort();
+    fitting.sort_unstable();
     fitting.dedup();
     (start, fitting)
 }
@@ -186,7 +186,7 @@ fn files(begun: &str) -> Vec<String> {
             is_meant.then(|| format!("{}{name}{end}", &begun[..begun.len() - prefix.len()]))
         })
         .collect();
-    found.sort();
+    found.sort_unstable();
     found
 }
 

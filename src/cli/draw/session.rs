@@ -169,7 +169,7 @@ impl Session {
             .filter_map(|step| step.split(|b| b.is_ascii_whitespace()).find(|word| word.starts_with(b"@")))
             .map(|name| String::from_utf8_lossy(name).into_owned())
             .collect();
-        names.sort();
+        names.sort_unstable();
         names.dedup();
         names
     }

@@ -131,7 +131,7 @@ fn scan_polygon<I: ExactInt>(points: &[[I; 2]], clip: PixelRect, mut f: impl FnM
             pending.push((rows, i));
         }
     }
-    pending.sort_by_key(|(rows, i)| (rows.start, *i));
+    pending.sort_unstable_by_key(|(rows, i)| (rows.start, *i));
     let mut pending = pending.into_iter().peekable();
     let columns = [clip.x0, clip.x1];
     let mut active: Vec<ActiveEdge<I::Walk>> = Vec::new();

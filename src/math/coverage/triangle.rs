@@ -3,6 +3,7 @@
 use super::edge_walk::{Walk, first_row};
 use super::exact_int::{ExactInt, snap_big};
 use super::{PixelRect, Snapped, extent, snap_middle, snap_narrow, width_for};
+use crate::math::sort3;
 use num_bigint::BigInt;
 use std::cmp::Ordering;
 use std::ops::Range;
@@ -145,7 +146,7 @@ pub(crate) fn scan_triangle<I: ExactInt>(
         return;
     }
     let mut order = [&p[0], &p[1], &p[2]];
-    order.sort_by(|a, b| a[1].cmp(&b[1]));
+    sort3(&mut order, |a, b| a[1] < b[1]);
     let [top, middle, bottom] = order;
     let [y0, y1, y2] = [top, middle, bottom].map(|v| first_row(&v[1], clip.y0, clip.y1));
     if y0 == y2 {

@@ -54,7 +54,7 @@ impl Compared {
             largest.push(most(&best));
             squares += best.iter().map(|d| d * d).sum::<f64>();
         }
-        largest.sort_by(f64::total_cmp);
+        largest.sort_unstable_by(f64::total_cmp);
         let count = largest.len().max(1);
         let at = count - 1 - self.may_be_over();
         let of = |i: usize| largest.get(i).copied().unwrap_or(0.0);

@@ -128,7 +128,7 @@ fn cheapest(shaded: &ShadedObject, lights: &[u32], max_error: f64, costs: &Objec
         .iter()
         .filter_map(|l| Some((255.0 * shaded.of_light(call.lights.get(*l as usize)?)?, *l)))
         .collect();
-    reflected.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    reflected.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut best: Option<Proven> = None;
     for shade in [own, ShadeMode::Gouraud, ShadeMode::Flat] {
         let Some(error) = shaded.of_shade(shade, lights) else { continue };

@@ -2,9 +2,11 @@
 
 mod instructions;
 mod lanes;
+#[cfg(any(test, feature = "avx512"))]
 mod pairing;
 mod records;
 
+#[cfg(any(test, feature = "avx512"))]
 use super::pair::Paired;
 use super::spill::Spill;
 use super::x86::{Evidence, record_methods, registers, whole_vector_methods};
@@ -14,6 +16,7 @@ use lanes::{F, I, M};
 use records::{COMPRESS, check, index_or_0, packed, pixel_pairs, repeats, rows_of_four, transposed, upwards};
 use std::arch::x86_64::*;
 
+#[cfg(any(test, feature = "avx512"))]
 pub use pairing::pairs_are_faster;
 #[cfg(test)]
 pub use pairing::with_pairs;
@@ -38,6 +41,7 @@ pub unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
 ///
 /// # Safety
 /// The CPU must have these features.
+#[cfg(any(test, feature = "avx512"))]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
 pub unsafe fn run_paired<K: Kernel>(kernel: K) -> K::Output {
     kernel.run(Paired(Avx2(())))

@@ -2,6 +2,7 @@
 
 use crate::math::matrix::unit;
 use crate::math::polygon::newell_normal;
+use crate::math::sort3;
 use crate::scene::{Corner, Mesh, NONE};
 use glam::{DVec2, DVec3};
 
@@ -95,7 +96,7 @@ pub(super) fn default_texcoords(mesh: &mut Mesh) {
     };
     let size = high - low;
     let mut axes = [0, 1, 2];
-    axes.sort_by(|a, b| size[*b].total_cmp(&size[*a]));
+    sort3(&mut axes, |a, b| size[*b].total_cmp(&size[*a]).is_lt());
     let [s, t, _] = axes;
     let first = mesh.texcoords.len() as u32;
     let scale = if size[s] > 0.0 { size[s] } else { 1.0 };
