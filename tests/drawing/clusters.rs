@@ -38,11 +38,16 @@ fn draw(path: RenderPath, call: &DrawCall<'_>, format: DepthFormat) -> Shown {
     Ok((stats, (0..width * height).map(at).collect()))
 }
 
+/// Faces around a corner of the knot. Where a corner decides whether faces are outside, and one path
+/// rounds it to the other side, all of them are counted differently.
+const FACES_AROUND_CORNER: u64 = 6;
+
 /// Draws by both paths and verifies equal counts and coverage.
 ///
-/// A face beyond the far plane by less than an f32 tells apart may be counted as drawn or culled by
-/// the fast path, and as outside by the plain one. A pixel that one path alone shows is at the far
-/// plane, where the depth test decides by rounding.
+/// A corner beyond the far plane by less than an f32 tells apart, or within 1/65536 pixel of the line
+/// one pixel beside the view, may have its faces counted as drawn or culled by the fast path, and as
+/// outside by the plain one. A pixel that one path alone shows is at the far plane, where the depth
+/// test decides by rounding.
 fn both_paths_agree(call: &DrawCall<'_>, format: DepthFormat) -> Option<DrawStats> {
     let (fast, plain) = (draw(RenderPath::Fast, call, format), draw(RenderPath::Plain, call, format));
     let (fast, plain) = match (fast, plain) {
@@ -56,7 +61,7 @@ fn both_paths_agree(call: &DrawCall<'_>, format: DepthFormat) -> Option<DrawStat
     let counts = |s: &DrawStats| [s.faces, kinds(s).iter().sum(), s.pixels_tested];
     assert_eq!(counts(&fast.0), counts(&plain.0));
     let [fast_kinds, plain_kinds] = [&fast, &plain].map(|shown| kinds(&shown.0));
-    let is_close = fast_kinds.iter().zip(plain_kinds).all(|(f, p)| f.abs_diff(p) <= 1);
+    let is_close = fast_kinds.iter().zip(plain_kinds).all(|(f, p)| f.abs_diff(p) <= FACES_AROUND_CORNER);
     assert!(is_close, "drawn, empty, culled, outside: {fast_kinds:?} and {plain_kinds:?}");
     let is_unlike = |(fast, plain): &(&Option<f64>, &Option<f64>)| match (fast, plain) {
         (Some(z), None) | (None, Some(z)) => *z < 1.0 - DEPTH_ERROR,
