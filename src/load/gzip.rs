@@ -150,8 +150,8 @@ mod tests {
         let inflated = |file: &[u8]| inflate(file, MAX_INFLATED, &LoadMemory::unlimited());
         for zeros in [0, 1, 511, 40_000] {
             let padded = [packed(&text), vec![0; zeros]].concat();
-            let whole = inflated(&padded).unwrap();
-            assert_eq!((&whole.bytes, whole.trailing), (&text, 0), "{zeros} zeros");
+            let read = inflated(&padded).unwrap();
+            assert_eq!((&read.bytes, read.trailing), (&text, 0), "{zeros} zeros");
             let both = [&padded[..], &packed(b"more")].concat();
             assert_eq!(
                 inflated(&both).unwrap().bytes,

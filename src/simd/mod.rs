@@ -21,14 +21,14 @@ mod avx512;
 pub mod bytes;
 mod crt;
 mod fill;
-mod level;
-#[cfg(all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"))]
-mod neon;
 #[cfg(any(
     all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"),
     all(target_arch = "wasm32", target_feature = "simd128")
 ))]
-mod packing;
+mod four_lanes;
+mod level;
+#[cfg(all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"))]
+mod neon;
 #[cfg(any(test, all(target_arch = "x86_64", feature = "avx512")))]
 mod pair;
 mod pixels;

@@ -17,8 +17,10 @@ impl Decoder {
     /// Reads one complete line without its end; `rest` is the input after it. Returns the number of
     /// payload bytes read from `rest`.
     pub(super) fn line(&mut self, line: &[u8], rest: &[u8], sink: &mut impl Sink) -> usize {
-        let is_first = self.start.byte == 0;
-        let line = line.strip_prefix(BYTE_ORDER_MARK).filter(|_| is_first).unwrap_or(line);
+        let line = match self.start.byte {
+            0 => line.strip_prefix(BYTE_ORDER_MARK).unwrap_or(line),
+            _ => line,
+        };
         if is_idle(line) {
             return 0;
         }

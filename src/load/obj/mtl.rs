@@ -30,7 +30,7 @@ pub(super) struct FileMaterial {
 
 /// Statements of a material that are not passed to `tobj`, and lines of some that are.
 #[derive(Clone, Debug, Default)]
-struct Stated {
+struct MaterialLines {
     /// Name, which may be empty.
     name: String,
     /// Line of its `newmtl`.
@@ -50,7 +50,7 @@ struct Check<'a> {
     line: u32,
     /// Checked lines for `tobj`.
     out: Vec<u8>,
-    materials: Vec<Stated>,
+    materials: Vec<MaterialLines>,
     warned: HashSet<String>,
     warnings: Vec<LoadWarning>,
 }
@@ -85,8 +85,8 @@ pub(super) fn parse(
     let mut names = HashSet::new();
     let mut materials = Vec::new();
     let (mut opaque, mut matte) = (Alike::default(), Alike::default());
-    for (raw, stated) in raw.into_iter().zip(lines) {
-        let Stated { name, line, placement, texture_line, exponent_line, transparency } = stated;
+    for (raw, statements) in raw.into_iter().zip(lines) {
+        let MaterialLines { name, line, placement, texture_line, exponent_line, transparency } = statements;
         if !names.insert(name.clone()) {
             let message = format!("material {name:?} is defined again: the first one counts");
             warnings.push(LoadWarning { place: FilePosition::line(file_name, line), message });
@@ -166,7 +166,7 @@ impl Check<'_> {
                 // Some exporters write an empty name, which `tobj` refuses: it gets a number.
                 let name = text(arguments).trim().to_owned();
                 writeln!(self.out, "newmtl {}", self.materials.len()).expect("memory can be written");
-                self.materials.push(Stated { name, line: self.line, ..Stated::default() });
+                self.materials.push(MaterialLines { name, line: self.line, ..MaterialLines::default() });
                 return Ok(());
             }
             _ if self.materials.is_empty() && word[0].is_ascii_alphabetic() => {
@@ -252,7 +252,7 @@ impl Check<'_> {
     }
 
     /// Notes a statement of the material that is being read, with its line.
-    fn note(&mut self, set: impl FnOnce(&mut Stated, u32)) {
+    fn note(&mut self, set: impl FnOnce(&mut MaterialLines, u32)) {
         if let Some(material) = self.materials.last_mut() {
             set(material, self.line);
         }

@@ -16,6 +16,7 @@ macro_rules! registers {
 mod lanes;
 mod records;
 
+use super::four_lanes::four_lane_methods;
 use super::{I32, Mask, Simd};
 use lanes::{F, I, M, lane_bits};
 use records::{checked, numbers, packed, packing, pairs, records, transposed};
@@ -30,6 +31,8 @@ impl Simd for Neon {
     type F = F;
     type I = I;
     type M = M;
+
+    four_lane_methods!();
 
     #[inline(always)]
     fn splat(self, v: f32) -> F {
@@ -68,11 +71,6 @@ impl Simd for Neon {
         unsafe { vst1q_s32(to.as_mut_ptr(), v.0) }
     }
     #[inline(always)]
-    fn store_masked_i(self, mask: M, v: I, to: &mut [i32]) {
-        let old = self.load_i(to);
-        self.store_i(self.select_i(mask, v, old), to);
-    }
-    #[inline(always)]
     fn load_bytes(self, from: &[u8]) -> I {
         let from = &from[..16];
         // SAFETY: NEON is part of the target; the slice holds 16 bytes, and the level exists on little-endian CPUs only.
@@ -86,41 +84,8 @@ impl Simd for Neon {
         unsafe { vst1q_u8(to.as_mut_ptr(), vreinterpretq_u8_s32(new.0)) }
     }
     #[inline(always)]
-    fn load_block(self, from: &[i32], _stride: usize) -> I {
-        self.load_i(from)
-    }
-    #[inline(always)]
-    fn store_block_bytes(self, mask: M, v: I, to: &mut [u8], _stride: usize) {
-        if mask.any() {
-            self.store_masked_bytes(mask, v, to);
-        }
-    }
-    #[inline(always)]
-    fn compress_i(self, mask: M, v: I, to: &mut [i32]) -> usize {
-        let bits = mask.bits();
-        self.store_i(I(packed(v, packing(bits))), to);
-        bits.count_ones() as usize
-    }
-    #[inline(always)]
     fn zip(self, a: I, b: I) -> [I; 2] {
         registers!([I(vzip1q_s32(a.0, b.0)), I(vzip2q_s32(a.0, b.0))])
-    }
-    #[inline(always)]
-    fn compress8(self, mask: M, fields: [I; 8], to: &mut [[i32; 8]]) -> usize {
-        let to = &mut to[..4];
-        let bits = mask.bits();
-        let order = packing(bits);
-        let [a, b, c, d, e, f, g, h] = fields;
-        // Fields of no record are 0: so are the records behind the last one.
-        let low = transposed([packed(a, order), packed(b, order), packed(c, order), packed(d, order)]);
-        let high = transposed([packed(e, order), packed(f, order), packed(g, order), packed(h, order)]);
-        let mut r = 0;
-        while r < 4 {
-            self.store_i(I(low[r]), &mut to[r][..4]);
-            self.store_i(I(high[r]), &mut to[r][4..]);
-            r += 1;
-        }
-        bits.count_ones() as usize
     }
     #[inline(always)]
     fn first_occurrences(self, mask: M, v: I) -> M {

@@ -2,7 +2,7 @@
 
 use super::{I, M};
 use crate::simd::Mask;
-use crate::simd::packing::PACKING;
+use crate::simd::four_lanes::PACKING;
 use std::arch::aarch64::*;
 
 /// Returns the order of bytes that packs the lanes of `bits` to the front.

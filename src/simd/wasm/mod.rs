@@ -8,9 +8,10 @@
 mod lanes;
 mod records;
 
+use super::four_lanes::four_lane_methods;
 use super::{Mask, Simd};
 use lanes::{F, I, M};
-use records::{checked, load4, load16, packing, store4, transposed};
+use records::{checked, load4, load16, packed, packing, store4, transposed};
 use std::arch::wasm32::*;
 
 /// Token of the path.
@@ -22,6 +23,8 @@ impl Simd for Simd128 {
     type F = F;
     type I = I;
     type M = M;
+
+    four_lane_methods!();
 
     #[inline(always)]
     fn splat(self, v: f32) -> F {
@@ -52,11 +55,6 @@ impl Simd for Simd128 {
         store4(v.0, to);
     }
     #[inline(always)]
-    fn store_masked_i(self, mask: M, v: I, to: &mut [i32]) {
-        let old = self.load_i(to);
-        self.store_i(self.select_i(mask, v, old), to);
-    }
-    #[inline(always)]
     fn load_bytes(self, from: &[u8]) -> I {
         I(load16(from.first_chunk().expect("four pixels")))
     }
@@ -68,40 +66,8 @@ impl Simd for Simd128 {
         to[8..16].copy_from_slice(&high.to_le_bytes());
     }
     #[inline(always)]
-    fn load_block(self, from: &[i32], _stride: usize) -> I {
-        self.load_i(from)
-    }
-    #[inline(always)]
-    fn store_block_bytes(self, mask: M, v: I, to: &mut [u8], _stride: usize) {
-        if mask.any() {
-            self.store_masked_bytes(mask, v, to);
-        }
-    }
-    #[inline(always)]
-    fn compress_i(self, mask: M, v: I, to: &mut [i32]) -> usize {
-        let bits = mask.bits();
-        store4(u8x16_swizzle(v.0, packing(bits)), to);
-        bits.count_ones() as usize
-    }
-    #[inline(always)]
     fn zip(self, a: I, b: I) -> [I; 2] {
         [I(i32x4_shuffle::<0, 4, 1, 5>(a.0, b.0)), I(i32x4_shuffle::<2, 6, 3, 7>(a.0, b.0))]
-    }
-    #[inline(always)]
-    fn compress8(self, mask: M, fields: [I; 8], to: &mut [[i32; 8]]) -> usize {
-        let to = &mut to[..4];
-        let bits = mask.bits();
-        let order = packing(bits);
-        // Fields of no record are 0: so are the records behind the last one.
-        let [a, b, c, d, e, f, g, h] = fields.map(|field| u8x16_swizzle(field.0, order));
-        let (low, high) = (transposed([a, b, c, d]), transposed([e, f, g, h]));
-        let mut r = 0;
-        while r < 4 {
-            store4(low[r], &mut to[r][..4]);
-            store4(high[r], &mut to[r][4..]);
-            r += 1;
-        }
-        bits.count_ones() as usize
     }
     #[inline(always)]
     fn first_occurrences(self, mask: M, v: I) -> M {

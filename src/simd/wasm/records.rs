@@ -2,7 +2,7 @@
 
 use super::{I, M};
 use crate::simd::Mask;
-use crate::simd::packing::PACKING;
+use crate::simd::four_lanes::PACKING;
 use std::arch::wasm32::*;
 
 /// Loads 16 bytes.
@@ -38,6 +38,12 @@ impl Number for f32 {}
 #[inline(always)]
 pub(super) fn packing(bits: u32) -> v128 {
     load16(&PACKING[bits as usize & 15])
+}
+
+/// Permutes the bytes to `order`.
+#[inline(always)]
+pub(super) fn packed(v: I, order: v128) -> v128 {
+    u8x16_swizzle(v.0, order)
 }
 
 /// Transposes four vectors: number c of row r becomes number r of row c.
