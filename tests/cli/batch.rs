@@ -1,22 +1,14 @@
 //! Batches: frames that several processes draw are those of one, and whatever ends a process in the
 //! middle, the same command goes on from there.
 
+use crate::folder::Folder;
 use serde_json::Value;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-struct Folder(PathBuf);
-
 impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("fbptr-batch-{name}-{}", std::process::id()));
-        let _ = std::fs::remove_dir_all(&path);
-        std::fs::create_dir_all(&path).expect("temporary folder");
-        Folder(path)
-    }
-
     /// Returns the files of a subfolder by name, without the manifests.
     fn pictures(&self, name: &str) -> BTreeMap<String, Vec<u8>> {
         let files = std::fs::read_dir(self.0.join(name)).expect("a folder").map(|e| e.expect("an entry"));
@@ -28,12 +20,6 @@ impl Folder {
 
     fn text(&self, name: &str) -> String {
         std::fs::read_to_string(self.0.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 

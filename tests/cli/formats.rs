@@ -1,6 +1,7 @@
 //! glTF, STL and PLY files on the command line, and what is refused or explained there.
 
-use crate::play::{Folder, err, run};
+use crate::folder::Folder;
+use crate::play::{err, run};
 use std::io::Write;
 
 #[test]

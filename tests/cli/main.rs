@@ -8,6 +8,8 @@ mod demos;
 mod docs;
 mod draw;
 mod explain;
+#[path = "../support/folder.rs"]
+mod folder;
 mod formats;
 mod frame_times;
 mod functions;

@@ -1,7 +1,8 @@
 //! Tests of what becomes of outputs on the command line: closed pipes, missing folders, options that
 //! would do nothing, and numbers of bytes.
 
-use crate::play::{Folder, err, out, run};
+use crate::folder::Folder;
+use crate::play::{err, out, run};
 use std::io::{Read, Write};
 use std::net::TcpListener;
 use std::process::{Command, Stdio};

@@ -1,7 +1,8 @@
 //! Tests of `fbptr play` and `fbptr render` on the command line: exit status, messages, files.
 
+use crate::folder::Folder;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 fn fbptr(arguments: &[&str]) -> Command {
@@ -32,16 +33,7 @@ pub fn err(output: &Output) -> &str {
     std::str::from_utf8(&output.stderr).unwrap()
 }
 
-pub struct Folder(PathBuf);
-
 impl Folder {
-    pub fn new(name: &str) -> Folder {
-        let path = std::env::temp_dir().join(format!("fbptr-play-{name}-{}", std::process::id()));
-        let _ = std::fs::remove_dir_all(&path);
-        std::fs::create_dir_all(&path).unwrap();
-        Folder(path)
-    }
-
     pub fn file(&self, name: &str, bytes: impl AsRef<[u8]>) -> String {
         let path = self.0.join(name);
         std::fs::write(&path, bytes).unwrap();
@@ -89,12 +81,6 @@ fn a_scene_reads_above_its_folder_where_a_root_allows_it() {
     let wrong = run(&["render", &scene, "-o", &picture, "--root", &elsewhere], b"");
     assert_eq!(wrong.status.code(), Some(2));
     assert!(err(&wrong).contains("does not lie in it"), "{}", err(&wrong));
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
 }
 
 #[test]

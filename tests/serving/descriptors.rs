@@ -3,8 +3,9 @@
 
 #![cfg(unix)]
 
+use crate::folder::Folder;
 use crate::process::{Process, fbptr, text};
-use crate::support::{Folder, Wire};
+use crate::support::Wire;
 use rustix::net::{AddressFamily, SocketAddrUnix, SocketType, bind, connect, listen, socket};
 use std::io::{BufRead, BufReader, Read};
 use std::net::SocketAddr;

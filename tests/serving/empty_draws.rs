@@ -1,7 +1,8 @@
 //! Draws that show nothing are counted, and explained once to clients that receive errors.
 
+use crate::folder::Folder;
 use crate::process::fbptr;
-use crate::support::{Folder, Serving};
+use crate::support::Serving;
 use std::process::Stdio;
 
 const LIGHT: &str = "LIGHT 0 DIR 0 0 -1 1 1 1\n";

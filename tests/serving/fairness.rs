@@ -1,7 +1,8 @@
 //! Verifies that a long command of one client does not hold up the others, and that the commands
 //! executed meanwhile appear in the recording in the order of execution.
 
-use crate::support::{Folder, Numbers, Serving, Wire};
+use crate::folder::Folder;
+use crate::support::{Numbers, Serving, Wire};
 use fbptr::command::EndOfInput;
 use fbptr::server::{Engine, Finish, Limits, Notice, Player, Recorder, RenderThread};
 use std::io::{self, ErrorKind, Write};

@@ -3,8 +3,9 @@
 
 #![cfg(unix)]
 
+use crate::folder::Folder;
 use crate::process::{Process, fbptr, play, text};
-use crate::support::{Folder, Serving, Wire};
+use crate::support::{Serving, Wire};
 use crate::tools;
 use fbptr::load::SandboxDir;
 use fbptr::server::{Engine, Limits};

@@ -3,8 +3,9 @@
 
 #![cfg(unix)]
 
+use crate::folder::Folder;
 use crate::process::{Process, fbptr, play, text};
-use crate::support::{Folder, Serving, Wire};
+use crate::support::{Serving, Wire};
 use fbptr::server::{Display, DisplayObserver, Engine, Limits, ListenAddress};
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;

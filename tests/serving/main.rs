@@ -6,6 +6,8 @@ mod display;
 mod empty_draws;
 mod fairness;
 mod files;
+#[path = "../support/folder.rs"]
+mod folder;
 mod hall;
 mod loads;
 mod memory;

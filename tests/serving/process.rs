@@ -2,7 +2,8 @@
 
 #![cfg(unix)]
 
-use crate::support::{Folder, Wire};
+use crate::folder::Folder;
+use crate::support::Wire;
 use crate::tools;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::SocketAddr;

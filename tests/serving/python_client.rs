@@ -1,7 +1,8 @@
 //! Runs the Python client's own tests against the server of this build.
 
+use crate::folder::Folder;
 use crate::process::Process;
-use crate::support::{Folder, Wire};
+use crate::support::Wire;
 use crate::tools;
 use std::path::Path;
 use std::process::Command;

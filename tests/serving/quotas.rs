@@ -1,6 +1,7 @@
 //! Limits and permissions: each refusal has its code, and a refused command has no effect.
 
-use crate::support::{Folder, Serving, Wire};
+use crate::folder::Folder;
+use crate::support::{Serving, Wire};
 use fbptr::load::SandboxDir;
 use fbptr::server::{Engine, Limits};
 

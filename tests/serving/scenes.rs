@@ -3,7 +3,8 @@
 //!
 //! Guards against few bytes that become many nodes, and against names of files outside the sandbox.
 
-use crate::support::{Folder, Serving, Wire};
+use crate::folder::Folder;
+use crate::support::{Serving, Wire};
 use fbptr::load::SandboxDir;
 use fbptr::server::{Engine, Limits};
 use flate2::Compression;

@@ -1,8 +1,8 @@
 //! The protocol page's shell examples, run as printed by a shell in an empty folder.
 #![cfg(unix)]
 
+use crate::folder::Folder;
 use crate::process::Process;
-use crate::support::Folder;
 use crate::tools;
 use std::process::Command;
 

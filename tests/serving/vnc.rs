@@ -3,8 +3,9 @@
 
 #![cfg(unix)]
 
+use crate::folder::Folder;
 use crate::process::Process;
-use crate::support::{Folder, Wire};
+use crate::support::Wire;
 use crate::tools;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};

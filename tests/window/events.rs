@@ -1,7 +1,8 @@
 //! Window events reach the program that subscribed to them: a drawing program in Python, driven by
 //! a mouse and keys.
 
-use crate::screen::{Folder, Guard, Screen, wait_for};
+use crate::folder::Folder;
+use crate::screen::{Guard, Screen, wait_for};
 use crate::serve::serve;
 use crate::tools;
 use std::io::{BufRead, BufReader, Read, Write};

@@ -1,7 +1,8 @@
 //! Fullscreen display: on over the whole screen and off again, with the server's addresses and
 //! rates as an overlay.
 
-use crate::screen::{Folder, Screen, wait_for};
+use crate::folder::Folder;
+use crate::screen::{Screen, wait_for};
 use crate::serve::serve;
 
 fn whole_screen(screen: &Screen) -> [usize; 4] {

@@ -6,6 +6,8 @@
 #![cfg(feature = "window")]
 
 mod events;
+#[path = "../support/folder.rs"]
+mod folder;
 mod fullscreen;
 mod program;
 #[cfg(target_os = "linux")]
@@ -16,7 +18,8 @@ mod serve;
 mod tools;
 mod view;
 
-use screen::{Folder, Guard, Screen, wait_for};
+use folder::Folder;
+use screen::{Guard, Screen, wait_for};
 use std::process::Command;
 use std::time::Duration;
 

@@ -2,7 +2,8 @@
 //!
 //! Each test is two programs: started again with [`PROGRAM`] in its environment it is the one that draws.
 
-use crate::screen::{Folder, Guard, Screen, wait_for};
+use crate::folder::Folder;
+use crate::screen::{Guard, Screen, wait_for};
 use std::collections::HashSet;
 use std::process::Command;
 

@@ -1,6 +1,7 @@
 //! The window of `fbptr run`: its size, and its end by others.
 
-use crate::screen::{Folder, Guard, Screen};
+use crate::folder::Folder;
+use crate::screen::{Guard, Screen};
 use std::process::{Command, Stdio};
 
 /// Starts a program that draws, and ends with status 7 when it is asked to.

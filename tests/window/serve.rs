@@ -1,7 +1,8 @@
 //! A server's window: it says how to draw until a client has drawn, takes a client's title, and
 //! shows the frame of a client that waits.
 
-use crate::screen::{Folder, Guard, Screen, wait_for};
+use crate::folder::Folder;
+use crate::screen::{Guard, Screen, wait_for};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Command, Stdio};

@@ -2,7 +2,8 @@
 //! picture, saves a file or ends the program; key presses during a slow frame are not lost; all of
 //! it works after a resize.
 
-use crate::screen::{Folder, Guard, Screen, wait_for};
+use crate::folder::Folder;
+use crate::screen::{Guard, Screen, wait_for};
 use fbptr::eye::EyeScene;
 use fbptr::viewer::{Action, BINDINGS, Key};
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! The programs of `demos/fb`, some frames of each.
 
 use super::{picture_of, text};
-use crate::support::Folder;
+use crate::folder::Folder;
 use crate::tools;
 use fbptr::memory::VideoMemory;
 use std::collections::HashSet;

@@ -1,7 +1,8 @@
 //! The device as programs see it, and its picture.
 
 use super::{compiled, picture_of, run, text};
-use crate::support::{Folder, Wire};
+use crate::folder::Folder;
+use crate::support::Wire;
 use crate::tools;
 use fbptr::memory::VideoMemory;
 use std::io::{BufRead, BufReader};

@@ -1,7 +1,7 @@
 //! Ends of a run: exit statuses, `--expect`, `--after`, programs that cannot be served, kills.
 
 use super::{compiled, run, text};
-use crate::support::Folder;
+use crate::folder::Folder;
 use std::io::{BufRead, BufReader};
 use std::process::Stdio;
 use std::time::{Duration, Instant};

@@ -1,7 +1,7 @@
 //! Keyboard and mouse of a run: replayed input on the console and on the input devices.
 
 use super::{run, text};
-use crate::support::Folder;
+use crate::folder::Folder;
 use crate::tools;
 
 /// Runs a Python program with a replay; it opens the framebuffer first, from which times count.

@@ -7,7 +7,7 @@ mod input;
 mod packages;
 mod places;
 
-use super::support::Folder;
+use crate::folder::Folder;
 use crate::tools;
 use fbptr::memory::VideoMemory;
 use fbptr::save::golden::read_png;

@@ -1,7 +1,7 @@
 //! Programs of Debian's packages on the device; each is skipped where it is not installed.
 
 use super::{picture_of, run, text};
-use crate::support::Folder;
+use crate::folder::Folder;
 use crate::tools;
 use fbptr::memory::VideoMemory;
 use std::process::Command;

@@ -1,7 +1,7 @@
 //! The device's places in the file system: ways to them, folders, and files that are written.
 
 use super::{compiled, picture_of, run, text};
-use crate::support::Folder;
+use crate::folder::Folder;
 use crate::tools;
 
 const PATHS: &str = include_str!("paths.txt");
