@@ -2,6 +2,7 @@
 //! order of bytes that packs the set lanes of a vector to the front.
 
 /// Bytes of the set lanes for each mask, in order; behind them 255, for which the look-up gives 0.
+#[cfg(not(target_arch = "x86_64"))]
 pub(super) static PACKING: [[u8; 16]; 16] = {
     let mut table = [[255; 16]; 16];
     let mut bits = 0;
@@ -19,9 +20,8 @@ pub(super) static PACKING: [[u8; 16]; 16] = {
     table
 };
 
-/// Methods of a level whose vector is a row of a block. In scope are `I`, `M`, `packing` and, from
-/// and to the registers' type, `packed` and `transposed`.
-macro_rules! four_lane_methods {
+/// Methods of a level whose vector is a row of a block. In scope are `I` and `M`.
+macro_rules! block_of_one_row_methods {
     () => {
         #[inline(always)]
         fn store_masked_i(self, mask: M, v: I, to: &mut [i32]) {
@@ -38,6 +38,15 @@ macro_rules! four_lane_methods {
                 self.store_masked_bytes(mask, v, to);
             }
         }
+    };
+}
+pub(super) use block_of_one_row_methods;
+
+/// Methods that pack set lanes to the front by a look-up of bytes. In scope are `I`, `M`, `packing`
+/// and, from and to the registers' type, `packed` and `transposed`.
+#[cfg(not(target_arch = "x86_64"))]
+macro_rules! packing_methods {
+    () => {
         #[inline(always)]
         fn compress_i(self, mask: M, v: I, to: &mut [i32]) -> usize {
             let bits = mask.bits();
@@ -63,4 +72,5 @@ macro_rules! four_lane_methods {
         }
     };
 }
-pub(super) use four_lane_methods;
+#[cfg(not(target_arch = "x86_64"))]
+pub(super) use packing_methods;

@@ -1,10 +1,6 @@
 //! Detection of the CPU's vector width, and dispatch of kernels.
 
-#[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
-use super::Portable;
 use super::Simd;
-#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
-use super::wasm::Simd128;
 use std::sync::OnceLock;
 
 /// Code over any [`Simd`]. Mark `run` `#[inline(always)]`, so that it is compiled for each level.
@@ -18,12 +14,12 @@ pub trait Kernel {
 /// Vector width of a kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Level {
-    /// 4 lanes, available everywhere: arrays, or WebAssembly's vectors where a module is built with
-    /// them.
+    /// 4 lanes, available everywhere: SSE2 on x86-64, WebAssembly's vectors where a module is built
+    /// with them, elsewhere arrays.
     Portable,
     /// 4 lanes (little-endian AArch64 with NEON, which nearly all of them have).
     Neon,
-    /// 8 lanes (x86-64 with AVX2, BMI1, BMI2, LZCNT, POPCNT).
+    /// 8 lanes (x86-64 with AVX2, BMI1, BMI2, LZCNT, POPCNT; compiled by the feature `avx2`).
     Avx2,
     /// 16 lanes (x86-64 with AVX-512 F, BW, DQ, VL, CD; compiled by the feature `avx512`).
     Avx512,
@@ -45,7 +41,7 @@ impl Level {
     pub fn is_available(self) -> bool {
         match self {
             Level::Portable => true,
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
             Level::Avx2 => {
                 std::is_x86_feature_detected!("avx2")
                     && std::is_x86_feature_detected!("bmi1")
@@ -63,7 +59,7 @@ impl Level {
             }
             // Part of the target, not detected.
             Level::Neon => HAS_NEON,
-            #[cfg(not(target_arch = "x86_64"))]
+            #[cfg(not(all(target_arch = "x86_64", any(test, feature = "avx2"))))]
             Level::Avx2 => false,
             #[cfg(not(all(target_arch = "x86_64", feature = "avx512")))]
             Level::Avx512 => false,
@@ -88,7 +84,7 @@ impl Level {
     /// Runs `kernel` at this level, or at the widest available level below it.
     #[inline]
     pub fn dispatch<K: Kernel>(self, kernel: K) -> K::Output {
-        #[cfg(target_arch = "x86_64")]
+        #[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
         {
             let level = self.min(Level::best());
             #[cfg(feature = "avx512")]
@@ -123,10 +119,12 @@ impl Level {
 }
 
 /// Token of the level [`Level::Portable`].
-#[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
-const PORTABLE: Portable<4> = Portable;
+#[cfg(target_arch = "x86_64")]
+const PORTABLE: super::sse2::Sse2 = super::sse2::Sse2;
 #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
-const PORTABLE: Simd128 = Simd128;
+const PORTABLE: super::wasm::Simd128 = super::wasm::Simd128;
+#[cfg(not(any(target_arch = "x86_64", all(target_arch = "wasm32", target_feature = "simd128"))))]
+const PORTABLE: super::Portable<4> = super::Portable;
 
 /// True where the level NEON is compiled.
 const HAS_NEON: bool = cfg!(all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"));

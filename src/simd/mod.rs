@@ -2,26 +2,29 @@
 //!
 //! A kernel is written once, over the trait [`Simd`], and run at a [`Level`] that is chosen once at
 //! start from the features of the CPU: AVX-512 (16 lanes, with the crate's feature `avx512`), AVX2
-//! (8 lanes), NEON (4 lanes), or portable arrays (4 lanes), which are the scalar reference for the
-//! others; WebAssembly's 128-bit vectors take their place where a module is built with them. Every operation is exact
-//! or correctly rounded, in a fixed order, without FMA and without approximate reciprocals, so a
-//! kernel that treats its lanes alike gives the same bytes at every level.
+//! (8 lanes, with the feature `avx2`), NEON (4 lanes), or portable arrays (4 lanes), which are the
+//! scalar reference for the others. In their place stand vectors of 4 lanes that every CPU of a
+//! target has: SSE2 on x86-64, WebAssembly's where a module is built with them. Every operation is
+//! exact or correctly rounded, in a fixed order, without FMA and without approximate reciprocals,
+//! so a kernel that treats its lanes alike gives the same bytes at every level.
 //!
-//! Safety: the token of an x86 level (and with it any vector of that level) is created only inside
-//! [`Level::dispatch`] and `Level::dispatch_long`, after the CPU's features were checked. The trait
-//! `Evidence` of `x86.rs` is the contract. NEON is compiled only where every CPU of the target has it.
+//! Safety: the token of AVX2 or AVX-512 (and with it any vector of that level) is created only
+//! inside [`Level::dispatch`] and `Level::dispatch_long`, after the CPU's features were checked. The
+//! trait `Evidence` of `x86.rs` is the contract. SSE2 and NEON are compiled only where every CPU of
+//! the target has them.
 #![allow(unsafe_code)]
 
 pub mod allocator;
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
 mod avx2;
 #[cfg(all(target_arch = "x86_64", feature = "avx512"))]
 mod avx512;
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
 pub mod bytes;
 mod crt;
 mod fill;
 #[cfg(any(
+    target_arch = "x86_64",
     all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"),
     all(target_arch = "wasm32", target_feature = "simd128")
 ))]
@@ -35,14 +38,18 @@ mod pixels;
 mod portable;
 pub mod prefetch;
 mod scanout;
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
 mod spill;
+#[cfg(target_arch = "x86_64")]
+mod sse2;
 #[cfg(test)]
 mod tests;
 #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
 mod wasm;
 #[cfg(target_arch = "x86_64")]
 mod x86;
+#[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
+mod x86_records;
 
 #[cfg(all(test, target_arch = "x86_64"))]
 pub(crate) use avx2::with_pairs;

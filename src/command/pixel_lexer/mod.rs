@@ -7,11 +7,11 @@
 //! accepted. Out: a [`Record`] for each, in order.
 //!
 //! Three versions with equal results for every input: `portable` in words of eight bytes and
-//! `avx2`, vectors of sixteen bytes where the CPU has AVX2, a line at a time; `avx512`, AVX-512 with
-//! the crate's feature of that name, four lines at a time, which leaves what it does not accept to
-//! the others. The CPU is queried at each call, which costs a load.
+//! `avx2`, vectors of sixteen bytes where the CPU has AVX2, a line at a time; `avx512`, AVX-512,
+//! four lines at a time, which leaves what it does not accept to the others. Both are compiled with
+//! the crate's features of these names. The CPU is queried at each call, which costs a load.
 
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
 mod avx2;
 #[cfg(all(target_arch = "x86_64", feature = "avx512"))]
 mod avx512;
@@ -19,7 +19,7 @@ mod portable;
 #[cfg(test)]
 mod tests;
 
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
 use crate::simd::bytes::Avx2Bytes;
 #[cfg(all(target_arch = "x86_64", feature = "avx512"))]
 use crate::simd::bytes::Avx512Bytes;
@@ -116,7 +116,7 @@ impl<F: FnMut(&[Record])> Batch<'_, F> {
 /// Reads lines one by one, except in the last window; returns the bytes and lines read.
 #[inline]
 fn full_windows(bytes: &[u8], most: u64, each: &mut impl FnMut(u16, u16, [u8; 4])) -> (usize, u64) {
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
     if let Some(read) = Avx2Bytes::run(avx2::PixelLines { bytes, most, each: &mut *each }) {
         return read;
     }

@@ -9,7 +9,8 @@ mod records;
 #[cfg(any(test, feature = "avx512"))]
 use super::pair::Paired;
 use super::spill::Spill;
-use super::x86::{Evidence, record_methods, registers, whole_vector_methods};
+use super::x86::{Evidence, registers, whole_vector_methods};
+use super::x86_records::record_methods;
 use super::{F32, Kernel, Mask, Simd};
 use instructions::*;
 use lanes::{F, I, M};

@@ -5,7 +5,8 @@ mod lanes;
 mod records;
 
 use super::spill::Spill;
-use super::x86::{Evidence, record_methods, registers, whole_vector_methods};
+use super::x86::{Evidence, registers, whole_vector_methods};
+use super::x86_records::record_methods;
 use super::{F32, Kernel, Simd};
 use instructions::*;
 use lanes::{F, I, M};

@@ -16,7 +16,7 @@ macro_rules! registers {
 mod lanes;
 mod records;
 
-use super::four_lanes::four_lane_methods;
+use super::four_lanes::{block_of_one_row_methods, packing_methods};
 use super::{I32, Mask, Simd};
 use lanes::{F, I, M, lane_bits};
 use records::{checked, numbers, packed, packing, pairs, records, transposed};
@@ -32,7 +32,8 @@ impl Simd for Neon {
     type I = I;
     type M = M;
 
-    four_lane_methods!();
+    block_of_one_row_methods!();
+    packing_methods!();
 
     #[inline(always)]
     fn splat(self, v: f32) -> F {

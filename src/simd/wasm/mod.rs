@@ -8,7 +8,7 @@
 mod lanes;
 mod records;
 
-use super::four_lanes::four_lane_methods;
+use super::four_lanes::{block_of_one_row_methods, packing_methods};
 use super::{Mask, Simd};
 use lanes::{F, I, M};
 use records::{checked, load4, load16, packed, packing, store4, transposed};
@@ -24,7 +24,8 @@ impl Simd for Simd128 {
     type I = I;
     type M = M;
 
-    four_lane_methods!();
+    block_of_one_row_methods!();
+    packing_methods!();
 
     #[inline(always)]
     fn splat(self, v: f32) -> F {

@@ -1,0 +1,56 @@
+//! Gathers and stores of whole records: lanes as indices, and transposition.
+
+use super::instructions::*;
+use super::{F, I, M};
+use crate::simd::x86::registers;
+use std::arch::x86_64::*;
+
+/// Number of whose bits each pattern is a value.
+pub(super) trait Number {}
+impl Number for f32 {}
+impl Number for [u16; 4] {}
+
+/// Loads an array of 16 bytes.
+#[inline(always)]
+pub(super) fn load16<T: Number, const N: usize>(from: &[T; N]) -> F {
+    const { assert!(size_of::<[T; N]>() == 16) };
+    // SAFETY: SSE is part of every x86-64; the array holds 16 bytes, and the load needs no
+    // alignment.
+    unsafe { F(loadu_ps(from.as_ptr().cast())) }
+}
+
+/// Transposes four vectors: number c of row r becomes number r of row c.
+#[inline(always)]
+pub(super) fn transposed([a, b, c, d]: [I; 4]) -> [I; 4] {
+    registers!(a => {
+        let (ab, cd) = (unpacklo_epi32(a.0, b.0), unpacklo_epi32(c.0, d.0));
+        let (ef, gh) = (unpackhi_epi32(a.0, b.0), unpackhi_epi32(c.0, d.0));
+        [
+            I(unpacklo_epi64(ab, cd)),
+            I(unpackhi_epi64(ab, cd)),
+            I(unpacklo_epi64(ef, gh)),
+            I(unpackhi_epi64(ef, gh)),
+        ]
+    })
+}
+
+/// Returns the lanes, read as unsigned.
+#[inline(always)]
+pub(super) fn lanes(v: I) -> [usize; 4] {
+    let [low, high] = registers!(v => [_mm_cvtsi128_si64(v.0), _mm_cvtsi128_si64(unpackhi_epi64(v.0, v.0))]);
+    let [low, high] = [low as u64, high as u64];
+    [low as u32 as usize, (low >> 32) as usize, high as u32 as usize, (high >> 32) as usize]
+}
+
+/// Returns the index of each set lane, 0 in the others.
+#[inline(always)]
+pub(super) fn indices(mask: M, index: I) -> [usize; 4] {
+    lanes(registers!(mask => I(and_si(mask.0, index.0))))
+}
+
+/// Returns a vector of four numbers.
+#[inline(always)]
+pub(super) fn vector([a, b, c, d]: [i32; 4]) -> I {
+    // SAFETY: SSE2 is part of every x86-64; no memory is accessed.
+    unsafe { I(_mm_setr_epi32(a, b, c, d)) }
+}
