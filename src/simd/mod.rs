@@ -11,7 +11,7 @@
 //! Safety: the token of AVX2 or AVX-512 (and with it any vector of that level) is created only
 //! inside [`Level::dispatch`] and `Level::dispatch_long`, after the CPU's features were checked. The
 //! trait `Evidence` of `x86.rs` is the contract. SSE2 and NEON are compiled only where every CPU of
-//! the target has them.
+//! the target has them; WebAssembly's instructions are safe to call.
 #![allow(unsafe_code)]
 
 pub mod allocator;
@@ -19,6 +19,8 @@ pub mod allocator;
 mod avx2;
 #[cfg(all(target_arch = "x86_64", feature = "avx512"))]
 mod avx512;
+#[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
+mod avx_records;
 #[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
 pub mod bytes;
 mod crt;
@@ -48,8 +50,6 @@ mod tests;
 mod wasm;
 #[cfg(target_arch = "x86_64")]
 mod x86;
-#[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
-mod x86_records;
 
 #[cfg(all(test, target_arch = "x86_64"))]
 pub(crate) use avx2::with_pairs;

@@ -1,5 +1,5 @@
-//! Plain arrays of N lanes: the portable path (N = 4) and the scalar reference for the intrinsics
-//! (N = 8, 16).
+//! Plain arrays of N lanes: the portable path (N = 4) of targets without vectors of their own for
+//! it, and the scalar reference for the intrinsics (N = 4, 8, 16).
 
 use super::{F32, I32, Mask, Simd};
 use std::array::from_fn;

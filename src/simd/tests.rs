@@ -84,14 +84,15 @@ impl<S: Simd> Part<S> {
         let Part { s, p, m, .. } = *self;
         let index = s.select_i(m, p & s.splat_i(63), s.splat_i(-1));
         for v in s.gather_pairs(m, &tables.shorts, index) {
-            out.push(self.lanes(s.select_i(m, v, s.splat_i(0))));
+            out.push(self.lanes(v));
         }
         for v in s.gather_byte_pairs(m, &tables.bytes, index) {
-            out.push(self.lanes(s.select_i(m, v, s.splat_i(0))));
+            out.push(self.lanes(v));
         }
         for v in s.gather4(m, &tables.records, index) {
-            out.push(self.lanes(s.select(m, v, s.splat(0.0)).bits()));
+            out.push(self.lanes(v.bits()));
         }
+        out.push(self.lanes(s.gather_bytes(m, &tables.bytes, index)));
         out.push(self.lanes(s.gather(m, &tables.floats, index).bits()));
         out.push(self.lanes(s.lookup(&[3, 1, 4, -1, 5, i32::MIN, 2, 6], p)));
     }
@@ -272,57 +273,88 @@ fn long<T>(pairs: bool, work: impl FnOnce() -> T) -> T {
     }
 }
 
-struct GatherOutside;
+/// A call that must panic, by number.
+struct Outside(usize);
 
-impl Kernel for GatherOutside {
+impl Outside {
+    const CALLS: usize = 16;
+}
+
+impl Kernel for Outside {
     type Output = ();
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
-        let index = s.iota() + s.splat_i(1);
-        let fits: Vec<f32> = vec![1.0; S::LANES + 1];
-        s.gather(s.mask(u32::MAX), &fits, index);
-        s.gather(s.mask(0), &[], index);
-        let short: Vec<f32> = vec![1.0; S::LANES];
-        s.gather(s.mask(1 << (S::LANES - 1)), &short, index);
+        let (all, none, last) = (s.mask(u32::MAX), s.mask(0), s.mask(1 << (S::LANES - 1)));
+        let (numbers, mut kept) = (vec![1.0; S::LANES - 1], vec![1; S::LANES - 1]);
+        let (zero, two, from_one) = (s.splat_i(0), s.splat_i(2), s.iota() + s.splat_i(1));
+        match self.0 {
+            // Behind the last element, or record, or the last one where a pair is read.
+            0 => drop(s.gather(last, &vec![1.0; S::LANES], from_one)),
+            1 => drop(s.gather_bytes(last, &vec![1; 4 * S::LANES], from_one)),
+            2 => drop(s.gather4(all, &[[0.0; 4]; 2], two)),
+            3 => drop(s.gather_pairs(all, &[[0; 4]; 3], two)),
+            4 => drop(s.gather_byte_pairs(all, &[0; 12], two)),
+            5 => drop(s.gather(all, &[1.0; 4], s.splat_i(-1))),
+            // No record for the unset lanes.
+            6 => drop(s.gather4(none, &[], zero)),
+            7 => drop(s.gather_pairs(none, &[[0; 4]; 1], zero)),
+            8 => drop(s.gather_byte_pairs(none, &[0; 4], zero)),
+            // A slice that is too short for a vector.
+            9 => drop(s.load(&numbers)),
+            10 => drop(s.load_i(&kept)),
+            11 => drop(s.load_bytes(&vec![0; 4 * S::LANES - 1])),
+            12 => s.store_i(two, &mut kept),
+            13 => s.store_masked_bytes(all, two, &mut vec![0; 4 * S::LANES - 1]),
+            14 => drop(s.compress_i(all, two, &mut kept)),
+            _ => drop(s.compress8(all, [two; 8], &mut vec![[0; 8]; S::LANES - 1])),
+        }
     }
 }
 
-/// Gathers in each lane the last record, which has no successor.
-struct PairOutside;
+/// Gathers that read nothing outside: the last element, and none of an empty slice.
+struct Inside;
 
-impl Kernel for PairOutside {
+impl Kernel for Inside {
     type Output = ();
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
-        let all = s.mask(u32::MAX);
-        s.gather_pairs(all, &[[0; 4]; 3], s.splat_i(2));
-    }
-}
-
-/// Gathers in each lane the last pixel, which has no successor.
-struct BytePairOutside;
-
-impl Kernel for BytePairOutside {
-    type Output = ();
-    #[inline(always)]
-    fn run<S: Simd>(self, s: S) {
-        let all = s.mask(u32::MAX);
-        s.gather_byte_pairs(all, &[0; 12], s.splat_i(2));
+        let from_one = s.iota() + s.splat_i(1);
+        let lanes = |v: S::I| {
+            let mut lanes = vec![0; S::LANES];
+            s.store_i(v, &mut lanes);
+            lanes
+        };
+        let numbers: Vec<f32> = (0..=S::LANES).map(|i| i as f32).collect();
+        assert_eq!(lanes(s.gather(s.mask(u32::MAX), &numbers, from_one).to_i32()), lanes(from_one));
+        assert_eq!(lanes(s.gather(s.mask(0), &[], from_one).bits()), lanes(s.splat_i(0)));
+        assert_eq!(lanes(s.gather_bytes(s.mask(0), &[], from_one)), lanes(s.splat_i(0)));
     }
 }
 
 #[test]
 #[cfg_attr(not(panic = "unwind"), ignore = "a panic ends the program")]
-fn a_gather_outside_its_slice_panics_instead_of_reading() {
+fn what_would_read_or_write_outside_its_slice_panics() {
     for level in Level::ALL {
-        assert!(std::panic::catch_unwind(|| level.dispatch(PairOutside)).is_err(), "{level:?}");
-        assert!(std::panic::catch_unwind(|| level.dispatch(BytePairOutside)).is_err(), "{level:?}");
-        let outcome = std::panic::catch_unwind(|| level.dispatch(GatherOutside));
-        assert!(outcome.is_err(), "{level:?}");
+        for call in 0..Outside::CALLS {
+            let outcome = std::panic::catch_unwind(|| level.dispatch(Outside(call)));
+            assert!(outcome.is_err(), "{level:?}, call {call}");
+        }
     }
     for pairs in [false, true] {
-        let work = || std::panic::catch_unwind(|| Level::Avx2.dispatch_long(GatherOutside));
-        assert!(long(pairs, work).is_err(), "pairs: {pairs}");
+        for call in 0..Outside::CALLS {
+            let work = || std::panic::catch_unwind(|| Level::Avx2.dispatch_long(Outside(call)));
+            assert!(long(pairs, work).is_err(), "pairs: {pairs}, call {call}");
+        }
+    }
+}
+
+#[test]
+fn gathers_reach_the_last_element_and_need_none_where_no_lane_is_set() {
+    for level in Level::ALL {
+        level.dispatch(Inside);
+    }
+    for pairs in [false, true] {
+        long(pairs, || Level::Avx2.dispatch_long(Inside));
     }
 }
 

@@ -12,7 +12,8 @@
 /// # Safety
 /// A type may implement this only if its values are made nowhere but below the level's `run`, from
 /// the token that `run` creates or from other evidence, and if a caller of `run` makes sure that
-/// the CPU has every feature of the level. Whoever holds a value may then execute them.
+/// the CPU has every feature of the level; or if every CPU of the target has them. Whoever holds a
+/// value may then execute them.
 pub(super) unsafe trait Evidence: Copy {}
 
 /// Lets the compiler check that a value is evidence.
@@ -58,11 +59,11 @@ macro_rules! vectors {
         #[derive(Clone, Copy, Debug)]
         pub struct M(pub(super) Bools);
 
-        // SAFETY: only methods of the token and of these vectors make one.
+        // SAFETY: it is made from evidence alone, or in a level that every CPU of the target has.
         unsafe impl Evidence for F {}
-        // SAFETY: only methods of the token and of these vectors make one.
+        // SAFETY: it is made from evidence alone, or in a level that every CPU of the target has.
         unsafe impl Evidence for I {}
-        // SAFETY: only methods of the token and of these vectors make one.
+        // SAFETY: it is made from evidence alone, or in a level that every CPU of the target has.
         unsafe impl Evidence for M {}
 
         binary! {

@@ -1,4 +1,4 @@
-//! Types and instructions of 256 bits, under the names that both widths share.
+//! Types and instructions of 256 bits, under the names that the x86 widths share.
 
 pub(super) use std::arch::x86_64::{
     __m256 as Floats, __m256i as Bools, __m256i as Ints, _mm256_add_epi32 as add_epi32,

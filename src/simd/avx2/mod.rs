@@ -6,11 +6,11 @@ mod lanes;
 mod pairing;
 mod records;
 
+use super::avx_records::record_methods;
 #[cfg(any(test, feature = "avx512"))]
 use super::pair::Paired;
 use super::spill::Spill;
 use super::x86::{Evidence, registers, whole_vector_methods};
-use super::x86_records::record_methods;
 use super::{F32, Kernel, Mask, Simd};
 use instructions::*;
 use lanes::{F, I, M};

@@ -3,9 +3,9 @@
 use super::instructions::*;
 use super::{I, M};
 use crate::simd::Mask;
+use crate::simd::avx_records::{rows_of_two, transpositions, two_pairs};
 use crate::simd::spill::Spill;
 use crate::simd::x86::registers;
-use crate::simd::x86_records::{rows_of_two, transpositions, two_pairs};
 use std::arch::x86_64::*;
 
 /// Indices of the set lanes for each mask, in order.

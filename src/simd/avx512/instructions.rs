@@ -1,4 +1,4 @@
-//! Types and instructions of 512 bits, under the names that both widths share.
+//! Types and instructions of 512 bits, under the names that the x86 widths share.
 
 pub(super) use std::arch::x86_64::{
     __m512 as Floats, __m512i as Ints, __mmask16 as Bools, _mm512_add_epi32 as add_epi32,

@@ -4,9 +4,9 @@ mod instructions;
 mod lanes;
 mod records;
 
+use super::avx_records::record_methods;
 use super::spill::Spill;
 use super::x86::{Evidence, registers, whole_vector_methods};
-use super::x86_records::record_methods;
 use super::{F32, Kernel, Simd};
 use instructions::*;
 use lanes::{F, I, M};

@@ -64,7 +64,8 @@ pub(super) fn floor_ps(a: Floats) -> Floats {
     let above = _mm_and_ps(_mm_cmpgt_ps(truncated, a), set1_ps(1.0));
     // -0.0 floors to -0.0; no other result changes by the sign of its number.
     let floor = _mm_or_ps(sub_ps(truncated, above), _mm_and_ps(a, set1_ps(-0.0)));
-    // From 2^23 on every number is an integer, and from 2^31 on it is out of the conversion's range.
+    // From 2^23 on every number is an integer, and from 2^31 on it is out of the conversion's range. NaN is
+    // not below 2^23 either.
     let has_fraction = castps_si(_mm_cmplt_ps(abs_ps(a), set1_ps(8_388_608.0)));
     castsi_ps(select(has_fraction, castps_si(floor), castps_si(a)))
 }

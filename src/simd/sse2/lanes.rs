@@ -3,7 +3,7 @@
 
 use super::Sse2;
 use super::instructions::*;
-use super::records::lanes;
+use super::records::unsigned_lanes;
 use crate::simd::x86::{Evidence, binary, float_methods, int_methods, registers, vectors};
 use crate::simd::{F32, I32, Mask};
 use std::arch::x86_64::*;
@@ -70,12 +70,12 @@ impl I32<Sse2> for I {
     }
     #[inline(always)]
     fn reduce_min(self) -> i32 {
-        let [a, b, c, d] = lanes(self).map(|lane| lane as i32);
+        let [a, b, c, d] = unsigned_lanes(self).map(|lane| lane as i32);
         a.min(b).min(c.min(d))
     }
     #[inline(always)]
     fn reduce_max(self) -> i32 {
-        let [a, b, c, d] = lanes(self).map(|lane| lane as i32);
+        let [a, b, c, d] = unsigned_lanes(self).map(|lane| lane as i32);
         a.max(b).max(c.max(d))
     }
 }

@@ -1,6 +1,6 @@
 //! SSE2, which is part of every x86-64: 4 lanes, masks as all-ones lanes.
 //!
-//! In: vectors and the token of this path, slices. Out: vectors, stored numbers. Promise: the bits
+//! In: vectors and the token, slices. Out: vectors, stored numbers. Promise: the bits
 //! of `portable.rs`, in whose place it is compiled for x86-64.
 
 mod instructions;
@@ -12,10 +12,10 @@ use super::x86::{Evidence, registers, whole_vector_methods};
 use super::{F32, I32, Mask, Simd};
 use instructions::*;
 use lanes::{F, I, M};
-use records::{indices, load16, transposed, vector};
+use records::{indices, load16, transposed, unsigned_lanes, vector};
 use std::arch::x86_64::*;
 
-/// Token of the path.
+/// Token of [`Level::Portable`](super::Level::Portable) on x86-64.
 #[derive(Clone, Copy, Debug)]
 pub struct Sse2;
 
@@ -46,8 +46,9 @@ impl Simd for Sse2 {
     fn compress_i(self, mask: M, v: I, to: &mut [i32]) -> usize {
         let to = &mut to[..4];
         let mut n = 0;
-        // An unset lane is written, too, and the next one over it.
-        for (i, lane) in records::lanes(v).into_iter().enumerate() {
+        // Each lane is written, and the next one over it if it is unset. The place is below 4; the
+        // mask spares the check.
+        for (i, lane) in unsigned_lanes(v).into_iter().enumerate() {
             to[n & 3] = lane as i32;
             n += (mask.bits() >> i & 1) as usize;
         }
@@ -103,7 +104,7 @@ impl Simd for Sse2 {
     }
     #[inline(always)]
     fn lookup(self, table: &[i32; 8], index: I) -> I {
-        vector(records::lanes(index).map(|at| table[at & 7]))
+        vector(unsigned_lanes(index).map(|at| table[at & 7]))
     }
     #[inline(always)]
     fn gather_bytes(self, mask: M, from: &[u8], index: I) -> I {

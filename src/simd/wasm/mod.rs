@@ -1,6 +1,6 @@
 //! WebAssembly with 128-bit vectors: 4 lanes, masks as all-ones lanes.
 //!
-//! In: vectors and the token of this path, slices. Out: vectors, stored numbers. Promise: the bits
+//! In: vectors and the token, slices. Out: vectors, stored numbers. Promise: the bits
 //! of `portable.rs`, in whose place it is compiled for targets that have the feature `simd128`.
 //! Instructions are safe to call: a module with an instruction that a browser lacks is refused as a
 //! whole.
@@ -14,7 +14,7 @@ use lanes::{F, I, M};
 use records::{checked, load4, load16, packed, packing, store4, transposed};
 use std::arch::wasm32::*;
 
-/// Token of the path.
+/// Token of [`Level::Portable`](super::Level::Portable) where a module is built with `simd128`.
 #[derive(Clone, Copy, Debug)]
 pub struct Simd128;
 
