@@ -85,22 +85,6 @@ macro_rules! transpositions {
             const { assert!(STRIDE == 8 || STRIDE == 16) };
             if STRIDE == 16 { registers!(I(index) => add_epi32(index, index)) } else { index }
         }
-
-        /// Transposes four fields into rows of records: row r holds in its q-th 16 bytes the four
-        /// numbers of lane 4 q + r.
-        #[inline(always)]
-        pub(super) fn rows_of_four([a, b, c, d]: [I; 4]) -> [Ints; 4] {
-            registers!(a => {
-                let (ab, cd) = (unpacklo_epi32(a.0, b.0), unpacklo_epi32(c.0, d.0));
-                let (ef, gh) = (unpackhi_epi32(a.0, b.0), unpackhi_epi32(c.0, d.0));
-                [
-                    unpacklo_epi64(ab, cd),
-                    unpackhi_epi64(ab, cd),
-                    unpacklo_epi64(ef, gh),
-                    unpackhi_epi64(ef, gh),
-                ]
-            })
-        }
     };
 }
 pub(super) use transpositions;

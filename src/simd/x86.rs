@@ -90,6 +90,25 @@ macro_rules! vectors {
 }
 pub(super) use vectors;
 
+/// Implements the operators of masks whose lanes are numbers, all ones for true.
+macro_rules! masks_of_lanes {
+    () => {
+        binary! {
+            M BitAnd bitand and_si;
+            M BitOr bitor or_si;
+        }
+
+        impl Not for M {
+            type Output = Self;
+            #[inline(always)]
+            fn not(self) -> Self {
+                registers!(self => M(xor_si(self.0, set1_epi32(-1))))
+            }
+        }
+    };
+}
+pub(super) use masks_of_lanes;
+
 /// Methods of `F32` that are one instruction in each width.
 macro_rules! float_methods {
     () => {
@@ -135,6 +154,19 @@ macro_rules! int_methods {
         #[inline(always)]
         fn gt(self, other: Self) -> M {
             registers!(self => M(cmpgt_epi32(self.0, other.0)))
+        }
+        // The counts are in a register: the constant forms of most widths take an i32.
+        #[inline(always)]
+        fn shl<const N: u32>(self) -> Self {
+            registers!(self => I(sll_epi32(self.0, _mm_cvtsi32_si128(N as i32))))
+        }
+        #[inline(always)]
+        fn sar<const N: u32>(self) -> Self {
+            registers!(self => I(sra_epi32(self.0, _mm_cvtsi32_si128(N as i32))))
+        }
+        #[inline(always)]
+        fn shr<const N: u32>(self) -> Self {
+            registers!(self => I(srl_epi32(self.0, _mm_cvtsi32_si128(N as i32))))
         }
         #[inline(always)]
         fn to_f32(self) -> F {
@@ -193,3 +225,25 @@ macro_rules! whole_vector_methods {
     };
 }
 pub(super) use whole_vector_methods;
+
+/// The transposition between fields and records, within each 16 bytes of a vector.
+macro_rules! rows_of_four {
+    () => {
+        /// Transposes four fields into rows of records: row r holds in its q-th 16 bytes the four
+        /// numbers of lane 4 q + r.
+        #[inline(always)]
+        pub(super) fn rows_of_four([a, b, c, d]: [I; 4]) -> [Ints; 4] {
+            registers!(a => {
+                let (ab, cd) = (unpacklo_epi32(a.0, b.0), unpacklo_epi32(c.0, d.0));
+                let (ef, gh) = (unpackhi_epi32(a.0, b.0), unpackhi_epi32(c.0, d.0));
+                [
+                    unpacklo_epi64(ab, cd),
+                    unpackhi_epi64(ab, cd),
+                    unpacklo_epi64(ef, gh),
+                    unpackhi_epi64(ef, gh),
+                ]
+            })
+        }
+    };
+}
+pub(super) use rows_of_four;

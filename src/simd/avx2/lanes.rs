@@ -3,25 +3,14 @@
 
 use super::Avx2;
 use super::instructions::*;
-use crate::simd::x86::{Evidence, binary, float_methods, int_methods, registers, vectors};
+use crate::simd::x86::{Evidence, binary, float_methods, int_methods, masks_of_lanes, registers, vectors};
 use crate::simd::{F32, I32, Mask};
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 vectors!();
 
-binary! {
-    M BitAnd bitand and_si;
-    M BitOr bitor or_si;
-}
-
-impl Not for M {
-    type Output = Self;
-    #[inline(always)]
-    fn not(self) -> Self {
-        registers!(self => M(xor_si(self.0, set1_epi32(-1))))
-    }
-}
+masks_of_lanes!();
 
 impl Mask for M {
     #[inline(always)]
@@ -51,22 +40,9 @@ impl F32<Avx2> for F {
     }
 }
 
-// The counts of shifts are in a register: the constant forms take an i32.
 impl I32<Avx2> for I {
     int_methods!();
 
-    #[inline(always)]
-    fn shl<const N: u32>(self) -> Self {
-        registers!(self => I(_mm256_sll_epi32(self.0, _mm_cvtsi32_si128(N as i32))))
-    }
-    #[inline(always)]
-    fn sar<const N: u32>(self) -> Self {
-        registers!(self => I(_mm256_sra_epi32(self.0, _mm_cvtsi32_si128(N as i32))))
-    }
-    #[inline(always)]
-    fn shr<const N: u32>(self) -> Self {
-        registers!(self => I(_mm256_srl_epi32(self.0, _mm_cvtsi32_si128(N as i32))))
-    }
     #[inline(always)]
     fn reduce_min(self) -> i32 {
         registers!(self => {

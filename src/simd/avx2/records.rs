@@ -1,11 +1,11 @@
-//! Gathers and stores of whole records: transposition between lanes and consecutive memory.
+//! Gathers and stores of records: transposition between lanes and consecutive memory.
 
 use super::instructions::*;
 use super::{I, M};
 use crate::simd::Mask;
 use crate::simd::avx_records::{rows_of_two, transpositions, two_pairs};
 use crate::simd::spill::Spill;
-use crate::simd::x86::registers;
+use crate::simd::x86::{registers, rows_of_four};
 use std::arch::x86_64::*;
 
 /// Indices of the set lanes for each mask, in order.
@@ -53,6 +53,7 @@ pub(super) fn index_or_0(mask: M, index: I) -> Ints {
     registers!(mask => and_si(mask.0, index.0))
 }
 
+rows_of_four!();
 transpositions!(8);
 
 /// Permutes the lanes to `order` and zeroes those that `kept` masks out.

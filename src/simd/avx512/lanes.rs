@@ -66,18 +66,6 @@ impl I32<Avx512> for I {
     int_methods!();
 
     #[inline(always)]
-    fn shl<const N: u32>(self) -> Self {
-        registers!(self => I(_mm512_slli_epi32::<N>(self.0)))
-    }
-    #[inline(always)]
-    fn sar<const N: u32>(self) -> Self {
-        registers!(self => I(_mm512_srai_epi32::<N>(self.0)))
-    }
-    #[inline(always)]
-    fn shr<const N: u32>(self) -> Self {
-        registers!(self => I(_mm512_srli_epi32::<N>(self.0)))
-    }
-    #[inline(always)]
     fn reduce_min(self) -> i32 {
         registers!(self => _mm512_reduce_min_epi32(self.0))
     }

@@ -1,10 +1,10 @@
-//! Gathers and stores of whole records: transposition between lanes and consecutive memory.
+//! Gathers and stores of records: transposition between lanes and consecutive memory.
 
 use super::instructions::*;
 use super::{I, M};
 use crate::simd::avx_records::{rows_of_two, transpositions, two_pairs};
 use crate::simd::spill::Spill;
-use crate::simd::x86::registers;
+use crate::simd::x86::{registers, rows_of_four};
 use std::arch::x86_64::*;
 
 /// Panics unless every set lane of `index`, read as unsigned, is below `len`.
@@ -21,6 +21,7 @@ pub(super) fn index_or_0(mask: M, index: I) -> Ints {
     registers!(mask => _mm512_maskz_mov_epi32(mask.0, index.0))
 }
 
+rows_of_four!();
 transpositions!(16);
 
 /// Loads pixel pairs: quarter q holds those at the indices of lanes 4 q + 2 k and 4 q + 2 k + 1.

@@ -1,4 +1,4 @@
-//! Gathers and stores of whole records: transposition between lanes and consecutive memory.
+//! Gathers and stores of records: transposition between lanes and consecutive memory.
 
 use super::{I, M};
 use crate::simd::Mask;

@@ -12,7 +12,7 @@ use super::x86::{Evidence, registers, whole_vector_methods};
 use super::{F32, I32, Mask, Simd};
 use instructions::*;
 use lanes::{F, I, M};
-use records::{indices, load16, transposed, unsigned_lanes, vector};
+use records::{indices, load16, rows_of_four, unsigned_lanes, vector};
 use std::arch::x86_64::*;
 
 /// Token of [`Level::Portable`](super::Level::Portable) on x86-64.
@@ -64,12 +64,12 @@ impl Simd for Sse2 {
         to.fill([0; 8]);
         // Records of unset lanes are 0; the next one is written over them.
         let [a, b, c, d, e, f, g, h] = fields.map(|v| self.select_i(mask, v, self.splat_i(0)));
-        let (low, high) = (transposed([a, b, c, d]), transposed([e, f, g, h]));
+        let (low, high) = (rows_of_four([a, b, c, d]), rows_of_four([e, f, g, h]));
         let mut n = 0;
         for r in 0..4 {
             let record = &mut to[n & 3];
-            self.store_i(low[r], &mut record[..4]);
-            self.store_i(high[r], &mut record[4..]);
+            self.store_i(I(low[r]), &mut record[..4]);
+            self.store_i(I(high[r]), &mut record[4..]);
             n += (mask.bits() >> r & 1) as usize;
         }
         n
@@ -125,12 +125,12 @@ impl Simd for Sse2 {
     }
     #[inline(always)]
     fn gather4(self, mask: M, from: &[[f32; 4]], index: I) -> [F; 4] {
-        transposed(indices(mask, index).map(|at| load16(&from[at]).bits())).map(I::as_f32)
+        rows_of_four(indices(mask, index).map(|at| load16(&from[at]).bits())).map(|row| I(row).as_f32())
     }
     #[inline(always)]
     fn gather_pairs(self, mask: M, from: &[[u16; 4]], index: I) -> [I; 4] {
         let pair = |at: usize| from[at..].first_chunk::<2>().expect("a record and its successor");
-        transposed(indices(mask, index).map(|at| load16(pair(at)).bits()))
+        rows_of_four(indices(mask, index).map(|at| load16(pair(at)).bits())).map(I)
     }
     #[inline(always)]
     fn gather_byte_pairs(self, mask: M, from: &[u8], index: I) -> [I; 2] {

@@ -1,8 +1,8 @@
-//! Gathers and stores of whole records: lanes as indices, and transposition.
+//! Gathers and stores of records: lanes as indices, transposition between lanes and memory.
 
 use super::instructions::*;
 use super::{F, I, M};
-use crate::simd::x86::registers;
+use crate::simd::x86::{registers, rows_of_four};
 use std::arch::x86_64::*;
 
 /// Type all of whose bytes are initialised.
@@ -24,20 +24,7 @@ pub(super) fn load16<T: NoPadding, const N: usize>(from: &[T; N]) -> F {
     unsafe { F(loadu_ps(from.as_ptr().cast())) }
 }
 
-/// Transposes four vectors: number c of row r becomes number r of row c.
-#[inline(always)]
-pub(super) fn transposed([a, b, c, d]: [I; 4]) -> [I; 4] {
-    registers!(a => {
-        let (ab, cd) = (unpacklo_epi32(a.0, b.0), unpacklo_epi32(c.0, d.0));
-        let (ef, gh) = (unpackhi_epi32(a.0, b.0), unpackhi_epi32(c.0, d.0));
-        [
-            I(unpacklo_epi64(ab, cd)),
-            I(unpackhi_epi64(ab, cd)),
-            I(unpacklo_epi64(ef, gh)),
-            I(unpackhi_epi64(ef, gh)),
-        ]
-    })
-}
+rows_of_four!();
 
 /// Returns the lanes, read as unsigned.
 #[inline(always)]
