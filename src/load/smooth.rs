@@ -17,6 +17,7 @@ use crate::math::matrix::unit;
 use crate::pipeline::polygon_normal;
 use crate::scene::{Corner, Mesh, NONE, Polygon};
 use glam::DVec3;
+use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 /// Smoothing group of faces before the first `s`: the angle alone decides.
@@ -26,9 +27,10 @@ pub(super) const UNGROUPED: u32 = u32::MAX;
 /// the one before it.
 const MAX_FACES_AT_EDGE: usize = 16;
 
-/// Bytes of the tables per corner, and per position.
+/// Bytes of the tables per corner, and per position: the hash table of positions has up to 16/7
+/// entries of 33 bytes for each.
 const CORNER_BYTES: u64 = 96;
-const POSITION_BYTES: u64 = 32;
+const POSITION_BYTES: u64 = 80;
 
 /// Returns the working memory in bytes that smoothing a mesh needs.
 pub(super) fn working_bytes(mesh: &Mesh) -> u64 {
@@ -81,20 +83,10 @@ pub(super) fn smooth(mesh: &mut Mesh, groups: &[u32], max_angle_rad: f64) -> boo
 
 /// Returns the vertex of each position: the lowest index of an equal position.
 fn welded(positions: &[DVec3]) -> Vec<u32> {
+    let mut first = HashMap::with_capacity(positions.len());
     // Adding 0 turns -0 into 0.
-    let key = |i: &u32| (positions[*i as usize] + DVec3::ZERO).to_array();
-    let compare = |a: &u32, b: &u32| {
-        let (p, q) = (key(a), key(b));
-        let order = p.iter().zip(&q).map(|(x, y)| x.total_cmp(y)).find(|o| o.is_ne());
-        order.unwrap_or(a.cmp(b))
-    };
-    let mut sorted: Vec<u32> = (0..positions.len() as u32).collect();
-    sorted.sort_unstable_by(compare);
-    let mut vertices = vec![0; positions.len()];
-    for equal in sorted.chunk_by(|a, b| key(a) == key(b)) {
-        equal.iter().for_each(|i| vertices[*i as usize] = equal[0]);
-    }
-    vertices
+    let key = |p: &DVec3| (*p + DVec3::ZERO).to_array().map(f64::to_bits);
+    (0..).zip(positions).map(|(i, p)| *first.entry(key(p)).or_insert(i)).collect()
 }
 
 fn corners_of<'a>(mesh: &'a Mesh, polygon: &Polygon) -> &'a [Corner] {

@@ -7,6 +7,7 @@
 
 use super::polled::PolledBytes;
 use super::{FilePosition, LoadError, LoadErrorKind, LoadMemory, never_panicking};
+use crate::save::rgba8;
 use crate::scene::{MAX_TEXTURE_SIDE, Texture, TextureError};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::path::Path;
@@ -79,13 +80,12 @@ pub fn decode_within(bytes: &[u8], file_name: &str, memory: &mut LoadMemory) -> 
         limits.max_alloc = Some(HEADER_BYTES + unpacking);
         decoder.set_limits(limits).map_err(|e| undecodable(e.to_string()))?;
         let picture = DynamicImage::from_decoder(decoder).map_err(|e| undecodable(e.to_string()))?;
-        Ok((picture.into_rgba8(), work))
+        Ok((picture.width(), picture.height(), rgba8(picture), work))
     });
     // A decoder that was cancelled reports only that it could not read on.
     memory.check_cancelled().map_err(fail)?;
-    let (picture, _work) = decoded.unwrap_or_else(|reason| Err(undecodable(reason)))?;
-    let (width, height) = picture.dimensions();
-    Texture::new(width, height, picture.into_raw()).map_err(|e| match e {
+    let (width, height, rgba, _work) = decoded.unwrap_or_else(|reason| Err(undecodable(reason)))?;
+    Texture::new(width, height, rgba).map_err(|e| match e {
         TextureError::BadSize { width: 0, .. } | TextureError::BadSize { height: 0, .. } => {
             undecodable("it has no texels".into())
         }

@@ -12,9 +12,12 @@
 //! golden file. With `BLESS=1` in the environment the golden file is rewritten, and the test fails
 //! all the same: a run that rewrites proves nothing.
 
-use super::{SaveError, crc32, missing_folder, to_path};
+use super::{SaveError, crc32, missing_folder, rgba8, to_path};
 use crate::memory::{MemoryError, VideoMemory};
+use image::codecs::png::PngDecoder;
+use image::{DynamicImage, Limits};
 use std::fs;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 /// Largest difference allowed between a frame and its golden picture.
@@ -179,12 +182,13 @@ pub fn magnified(actual: &VideoMemory, expected: &VideoMemory) -> Result<VideoMe
 pub fn read_png(path: &Path) -> Result<VideoMemory, GoldenError> {
     let unreadable = |reason: String| GoldenError::Unreadable { golden: path.to_owned(), reason };
     let bytes = fs::read(path).map_err(|e| unreadable(e.to_string()))?;
-    let picture = image::load_from_memory_with_format(&bytes, image::ImageFormat::Png)
-        .map_err(|e| unreadable(e.to_string()))?
-        .into_rgba8();
+    // `image::load_from_memory_with_format` would compile the decoders of all formats for it.
+    let picture = PngDecoder::with_limits(Cursor::new(&bytes), Limits::default())
+        .and_then(DynamicImage::from_decoder)
+        .map_err(|e| unreadable(e.to_string()))?;
     let mut memory =
         VideoMemory::new(picture.width(), picture.height()).map_err(|e| unreadable(e.to_string()))?;
-    memory.bytes_mut().copy_from_slice(picture.as_raw());
+    memory.bytes_mut().copy_from_slice(&rgba8(picture));
     Ok(memory)
 }
 

@@ -12,6 +12,7 @@ pub mod golden;
 mod movie;
 #[cfg(feature = "cli")]
 mod read;
+mod rgba;
 mod temporary;
 
 pub use atomic::atomically;
@@ -20,6 +21,7 @@ pub use formats::{SnapshotFormat, check_depth_path, crc32, depth_to_path, pfm, p
 pub use movie::{MOVIE_ENDINGS, Movie, MovieFormat, numbered_path};
 #[cfg(feature = "cli")]
 pub(crate) use read::read_frame;
+pub(crate) use rgba::rgba8;
 #[cfg(unix)]
 pub(crate) use temporary::{hold, temporary_name};
 pub use temporary::{remove_leftovers_beside, remove_leftovers_in};

@@ -1,6 +1,6 @@
 //! Reader of the pictures that this room writes.
 
-use super::{SaveError, SnapshotFormat};
+use super::{SaveError, SnapshotFormat, rgba8};
 use crate::memory::VideoMemory;
 use std::io;
 use std::path::Path;
@@ -16,8 +16,7 @@ pub(crate) fn read_frame(
 ) -> Result<VideoMemory, SaveError> {
     let invalid = |reason: String| SaveError::io(path, &io::Error::new(io::ErrorKind::InvalidData, reason));
     let mut memory = VideoMemory::new(width, height).map_err(|e| invalid(e.to_string()))?;
-    let decode =
-        |format| image::load_from_memory_with_format(bytes, format).map(|picture| picture.into_rgba8());
+    let decode = |format| image::load_from_memory_with_format(bytes, format);
     let picture = match SnapshotFormat::of_path(path)? {
         SnapshotFormat::Png => decode(image::ImageFormat::Png),
         SnapshotFormat::Ppm => decode(image::ImageFormat::Pnm),
@@ -31,11 +30,11 @@ pub(crate) fn read_frame(
         }
     };
     let picture = picture.map_err(|e| invalid(e.to_string()))?;
-    if picture.dimensions() != (width, height) {
-        let (w, h) = picture.dimensions();
+    let (w, h) = (picture.width(), picture.height());
+    if (w, h) != (width, height) {
         return Err(invalid(format!("expected a picture of {width}x{height} pixels, found {w}x{h}")));
     }
-    memory.bytes_mut().copy_from_slice(picture.as_raw());
+    memory.bytes_mut().copy_from_slice(&rgba8(picture));
     Ok(memory)
 }
 
