@@ -64,8 +64,7 @@ impl fmt::Display for Code {
 ///
 /// `message` is one lower-case line that says what was expected; `token` is what was found instead,
 /// as it was received.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{code} {message}{}", .token.as_ref().map(|t| format!(", got {t:?}")).unwrap_or_default())]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
     /// The code that is sent.
     pub code: Code,
@@ -74,6 +73,18 @@ pub struct Fault {
     /// The offending token, if a single one is to blame.
     pub token: Option<String>,
 }
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.code, self.message)?;
+        match &self.token {
+            Some(token) => write!(f, ", got {token:?}"),
+            None => Ok(()),
+        }
+    }
+}
+
+impl std::error::Error for Fault {}
 
 impl Fault {
     /// Creates a fault without a token.

@@ -16,6 +16,8 @@ use crate::eye::{self, ContactSheet, EyeError, EyeScene, Fibre};
 use crate::memory::{MemoryError, Rgba, VideoMemory};
 use crate::pipeline::{PipelineError, Renderer, SceneOptions, Target};
 use crate::scene::{Cull, Scene, ShadeMode, TransparencyOrder};
+use std::error::Error;
+use std::fmt;
 use std::sync::Arc;
 
 /// Options that decide what the frames show.
@@ -64,20 +66,56 @@ impl Default for FrameOptions {
 pub const DEFAULT_SIZE: [u32; 2] = [640, 480];
 
 /// Reason why a frame was not drawn.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum FrameError {
     /// The near and far planes do not fit the scene's camera.
-    #[error("camera: {0}")]
     Camera(String),
     /// The pipeline refused the scene.
-    #[error(transparent)]
-    Pipeline(#[from] PipelineError),
+    Pipeline(PipelineError),
     /// The N-dimensional eye refused the scene.
-    #[error(transparent)]
-    Eye(#[from] EyeError),
+    Eye(EyeError),
     /// The picture does not fit in memory.
-    #[error(transparent)]
-    Memory(#[from] MemoryError),
+    Memory(MemoryError),
+}
+
+impl fmt::Display for FrameError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            FrameError::Camera(reason) => write!(f, "camera: {reason}"),
+            FrameError::Pipeline(e) => write!(f, "{e}"),
+            FrameError::Eye(e) => write!(f, "{e}"),
+            FrameError::Memory(e) => write!(f, "{e}"),
+        }
+    }
+}
+
+impl Error for FrameError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        match self {
+            FrameError::Pipeline(e) => e.source(),
+            FrameError::Eye(e) => e.source(),
+            FrameError::Memory(e) => e.source(),
+            _ => None,
+        }
+    }
+}
+
+impl From<PipelineError> for FrameError {
+    fn from(e: PipelineError) -> Self {
+        FrameError::Pipeline(e)
+    }
+}
+
+impl From<EyeError> for FrameError {
+    fn from(e: EyeError) -> Self {
+        FrameError::Eye(e)
+    }
+}
+
+impl From<MemoryError> for FrameError {
+    fn from(e: MemoryError) -> Self {
+        FrameError::Memory(e)
+    }
 }
 
 /// A scene file and the options of its frames.

@@ -4,6 +4,7 @@
 use crate::eye::{EyeError, EyeScene, sin_cos_deg};
 use crate::scene::{FRAME_FOV_RAD, Scene, frame_along};
 use glam::{DMat4, DVec3, DVec4};
+use std::fmt;
 use std::str::FromStr;
 
 /// A turn of an N-dimensional scene in the plane of two axes, from `a` towards `b`.
@@ -18,19 +19,16 @@ pub struct PlaneTurn {
 }
 
 /// Reason why a scene cannot be turned so.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum TurnError {
     /// The text has another form.
-    #[error("expected two axes and degrees, as in 0,3,360, found {found:?}")]
     Form {
         /// Text that was given.
         found: String,
     },
     /// The scene has three dimensions, and turns about y.
-    #[error("a turn in planes is for N-dimensional scenes; others turn about y")]
     NotNDimensional,
     /// The axes make no plane of the space.
-    #[error("expected two different axes from 0 to {last}, found {a} and {b}")]
     Plane {
         /// Last axis of the space.
         last: usize,
@@ -40,6 +38,24 @@ pub enum TurnError {
         b: usize,
     },
 }
+
+impl fmt::Display for TurnError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            TurnError::Form { found } => {
+                write!(f, "expected two axes and degrees, as in 0,3,360, found {found:?}")
+            }
+            TurnError::NotNDimensional => {
+                f.write_str("a turn in planes is for N-dimensional scenes; others turn about y")
+            }
+            TurnError::Plane { last, a, b } => {
+                write!(f, "expected two different axes from 0 to {last}, found {a} and {b}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for TurnError {}
 
 impl FromStr for PlaneTurn {
     type Err = TurnError;

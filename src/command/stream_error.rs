@@ -10,7 +10,7 @@ use super::suggest::nearest_verb;
 use super::verb::Verb;
 use crate::error::{Code, Fault};
 use std::borrow::Cow;
-use std::fmt::Write;
+use std::fmt::{self, Write};
 
 /// Longest part of a token that an error line shows, in bytes.
 pub const TOKEN_BYTES: usize = 40;
@@ -47,8 +47,7 @@ impl Subject {
 }
 
 /// Error about a command that the decoder refuses.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{}", format_play_error("-", self.place, &self.subject.name(), self.code, &self.message, Some(&self.token)))]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StreamError {
     /// Position where the command begins.
     pub place: StreamPosition,
@@ -63,6 +62,14 @@ pub struct StreamError {
     /// True if the stream cannot be decoded any further: the connection is to be closed.
     pub closes: bool,
 }
+
+impl fmt::Display for StreamError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.play_line("-"))
+    }
+}
+
+impl std::error::Error for StreamError {}
 
 impl StreamError {
     pub(super) fn new(place: StreamPosition, subject: Subject, parse_error: ParseError) -> Self {

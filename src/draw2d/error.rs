@@ -2,12 +2,12 @@
 
 use super::Rect;
 use crate::error::Code;
+use std::fmt;
 
 /// Error of a 2-D drawing function.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DrawError {
     /// A width or a height below zero.
-    #[error("sizes are 0 or more, not {w}x{h}")]
     NegativeSize {
         /// Requested width in pixels.
         w: Size,
@@ -15,19 +15,16 @@ pub enum DrawError {
         h: Size,
     },
     /// A radius below zero.
-    #[error("a radius is 0 or more, not {r}")]
     NegativeRadius {
         /// Requested radius in pixels.
         r: Size,
     },
     /// A line's width below zero.
-    #[error("a width is 0 or more, not {w}")]
     NegativeWidth {
         /// Requested width in pixels.
         w: Size,
     },
     /// A point of a curve that is too far from the frame for its steps to be exact.
-    #[error("the points of a curve are within {most} pixels of (0,0), not at {at}")]
     FarPoint {
         /// Largest coordinate in pixels.
         most: i32,
@@ -35,7 +32,6 @@ pub enum DrawError {
         at: Size,
     },
     /// A source rectangle that is not entirely inside the frame.
-    #[error("{}x{} pixels from ({},{}) are not all inside the frame's {width}x{height}", .rect.w, .rect.h, .rect.x, .rect.y)]
     SourceOutside {
         /// The requested rectangle.
         rect: Rect,
@@ -45,7 +41,6 @@ pub enum DrawError {
         height: u32,
     },
     /// A payload whose length does not match its rectangle.
-    #[error("{expected} bytes expected for {w}x{h} pixels, {found} found")]
     WrongLength {
         /// Width in pixels.
         w: i32,
@@ -57,7 +52,6 @@ pub enum DrawError {
         found: u64,
     },
     /// A payload that ends within a record.
-    #[error("records of {record} bytes expected, {found} bytes found")]
     BrokenRecord {
         /// Length of one record in bytes.
         record: u64,
@@ -65,12 +59,36 @@ pub enum DrawError {
         found: u64,
     },
     /// Text that is not UTF-8.
-    #[error("utf-8 expected, broken at byte {at}")]
     NotUtf8 {
         /// Length in bytes of the valid UTF-8 before the error.
         at: u64,
     },
 }
+
+impl fmt::Display for DrawError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            DrawError::NegativeSize { w, h } => write!(f, "sizes are 0 or more, not {w}x{h}"),
+            DrawError::NegativeRadius { r } => write!(f, "a radius is 0 or more, not {r}"),
+            DrawError::NegativeWidth { w } => write!(f, "a width is 0 or more, not {w}"),
+            DrawError::FarPoint { most, at } => {
+                write!(f, "the points of a curve are within {most} pixels of (0,0), not at {at}")
+            }
+            DrawError::SourceOutside { rect: Rect { x, y, w, h }, width, height } => {
+                write!(f, "{w}x{h} pixels from ({x},{y}) are not all inside the frame's {width}x{height}")
+            }
+            DrawError::WrongLength { w, h, expected, found } => {
+                write!(f, "{expected} bytes expected for {w}x{h} pixels, {found} found")
+            }
+            DrawError::BrokenRecord { record, found } => {
+                write!(f, "records of {record} bytes expected, {found} bytes found")
+            }
+            DrawError::NotUtf8 { at } => write!(f, "utf-8 expected, broken at byte {at}"),
+        }
+    }
+}
+
+impl std::error::Error for DrawError {}
 
 /// A real size in an error, stored as the bits of an f64 so that errors implement `Eq`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,12 +1,12 @@
 //! Errors of scenes, located by their path in the JSON.
 
 use crate::error::Code;
+use std::fmt;
 
 /// Error of an N-dimensional scene. `path` is the position in the JSON: `facets[3].v[2]`.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum EyeError {
     /// Not JSON, or a number that f64 cannot represent.
-    #[error("line {line} column {column}: {message}")]
     Json {
         /// Line, from 1.
         line: usize,
@@ -16,7 +16,6 @@ pub enum EyeError {
         message: String,
     },
     /// A value of another type, or a word that is not one of those expected.
-    #[error("{path}: expected {expected}, found {found}")]
     Type {
         /// Path in the JSON.
         path: String,
@@ -26,13 +25,11 @@ pub enum EyeError {
         found: String,
     },
     /// A required field is missing.
-    #[error("{path}: missing")]
     Missing {
         /// Path in the JSON.
         path: String,
     },
     /// An unknown field.
-    #[error("{path}: unknown field, expected one of {expected}")]
     Unknown {
         /// Path in the JSON.
         path: String,
@@ -40,7 +37,6 @@ pub enum EyeError {
         expected: String,
     },
     /// An array of the wrong length.
-    #[error("{path}: expected {expected} entries, found {found}")]
     Length {
         /// Path in the JSON.
         path: String,
@@ -50,7 +46,6 @@ pub enum EyeError {
         found: usize,
     },
     /// A number outside its range.
-    #[error("{path}: expected {expected}, found {found}")]
     Range {
         /// Path in the JSON.
         path: String,
@@ -60,7 +55,6 @@ pub enum EyeError {
         found: f64,
     },
     /// A size above one of the program's limits.
-    #[error("{path}: {found} is over the limit of {limit}")]
     TooBig {
         /// Path in the JSON.
         path: String,
@@ -70,6 +64,32 @@ pub enum EyeError {
         found: u64,
     },
 }
+
+impl fmt::Display for EyeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            EyeError::Json { line, column, message } => write!(f, "line {line} column {column}: {message}"),
+            EyeError::Type { path, expected, found } => {
+                write!(f, "{path}: expected {expected}, found {found}")
+            }
+            EyeError::Missing { path } => write!(f, "{path}: missing"),
+            EyeError::Unknown { path, expected } => {
+                write!(f, "{path}: unknown field, expected one of {expected}")
+            }
+            EyeError::Length { path, expected, found } => {
+                write!(f, "{path}: expected {expected} entries, found {found}")
+            }
+            EyeError::Range { path, expected, found } => {
+                write!(f, "{path}: expected {expected}, found {found}")
+            }
+            EyeError::TooBig { path, limit, found } => {
+                write!(f, "{path}: {found} is over the limit of {limit}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for EyeError {}
 
 impl EyeError {
     /// Returns the protocol's code for this error.

@@ -9,6 +9,7 @@ use crate::scene::{
 };
 use glam::{DMat4, DVec3};
 use std::borrow::Cow;
+use std::fmt;
 use std::sync::Arc;
 
 /// Settings of [`Framebuffer::draw`]: the states that the command language keeps for each client,
@@ -84,9 +85,16 @@ impl DrawReport {
 }
 
 /// A draw that shows nothing, as an error.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the draw shows nothing: {0}")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct InvisibleDraw(pub EmptyDraw);
+
+impl fmt::Display for InvisibleDraw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the draw shows nothing: {}", self.0)
+    }
+}
+
+impl std::error::Error for InvisibleDraw {}
 
 /// A mesh that [`Framebuffer::draw`] takes: a [`Mesh`] alone, or a [`Geometry`] with the textures
 /// of its materials.

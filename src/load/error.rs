@@ -2,6 +2,7 @@
 
 use crate::error::Code;
 use crate::memory::OverBudget;
+use std::error::Error;
 use std::fmt;
 
 /// Position in a file that is being loaded.
@@ -58,10 +59,9 @@ impl fmt::Display for FilePosition {
 }
 
 /// Kind of defect in a file.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LoadErrorKind {
     /// The text violates the grammar of its format.
-    #[error("{expected}, found {found:?}")]
     Syntax {
         /// Text that the format requires.
         expected: String,
@@ -69,7 +69,6 @@ pub enum LoadErrorKind {
         found: String,
     },
     /// A word that must be a finite number is not.
-    #[error("{what} must be a finite number, found {found:?}")]
     Number {
         /// Meaning of the number.
         what: &'static str,
@@ -77,7 +76,6 @@ pub enum LoadErrorKind {
         found: String,
     },
     /// A finite number outside the valid range.
-    #[error("{what} must be {expected}, found {found}")]
     Range {
         /// Meaning of the number.
         what: &'static str,
@@ -87,7 +85,6 @@ pub enum LoadErrorKind {
         found: String,
     },
     /// An index out of range.
-    #[error("{what} index {index} names none of the {count} there are")]
     Index {
         /// Kind of the indexed elements.
         what: &'static str,
@@ -97,7 +94,6 @@ pub enum LoadErrorKind {
         count: u64,
     },
     /// A size over its limit.
-    #[error("{what}: {found} is over the limit of {limit}")]
     TooBig {
         /// Quantity that is limited.
         what: &'static str,
@@ -107,7 +103,6 @@ pub enum LoadErrorKind {
         limit: u64,
     },
     /// A referenced file that does not exist, or may not be read.
-    #[error("{what} {name:?} cannot be found")]
     Missing {
         /// Kind of file or name.
         what: &'static str,
@@ -115,7 +110,6 @@ pub enum LoadErrorKind {
         name: String,
     },
     /// The format's decoder failed; its own message is the reason.
-    #[error("not a readable {format}: {reason}")]
     Undecodable {
         /// Name of the format.
         format: &'static str,
@@ -123,7 +117,6 @@ pub enum LoadErrorKind {
         reason: String,
     },
     /// The result would exceed the quota.
-    #[error("it takes {found} bytes, and the quota leaves {limit}")]
     OverQuota {
         /// Bytes of the result as far as it is known.
         found: u64,
@@ -131,23 +124,64 @@ pub enum LoadErrorKind {
         limit: u64,
     },
     /// Loading would exceed the memory budget.
-    #[error(transparent)]
     OverBudget(OverBudget),
     /// The caller cancelled the load.
-    #[error("reading it was given up before its end")]
     Cancelled,
+}
+
+impl fmt::Display for LoadErrorKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            LoadErrorKind::Syntax { expected, found } => write!(f, "{expected}, found {found:?}"),
+            LoadErrorKind::Number { what, found } => {
+                write!(f, "{what} must be a finite number, found {found:?}")
+            }
+            LoadErrorKind::Range { what, expected, found } => {
+                write!(f, "{what} must be {expected}, found {found}")
+            }
+            LoadErrorKind::Index { what, index, count } => {
+                write!(f, "{what} index {index} names none of the {count} there are")
+            }
+            LoadErrorKind::TooBig { what, found, limit } => {
+                write!(f, "{what}: {found} is over the limit of {limit}")
+            }
+            LoadErrorKind::Missing { what, name } => write!(f, "{what} {name:?} cannot be found"),
+            LoadErrorKind::Undecodable { format, reason } => write!(f, "not a readable {format}: {reason}"),
+            LoadErrorKind::OverQuota { found, limit } => {
+                write!(f, "it takes {found} bytes, and the quota leaves {limit}")
+            }
+            LoadErrorKind::OverBudget(e) => write!(f, "{e}"),
+            LoadErrorKind::Cancelled => f.write_str("reading it was given up before its end"),
+        }
+    }
+}
+
+impl Error for LoadErrorKind {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        match self {
+            LoadErrorKind::OverBudget(e) => e.source(),
+            _ => None,
+        }
+    }
 }
 
 /// Error of loading a file, with its position. The text is `FILE:LINE:COLUMN: reason`, without the
 /// parts that are unknown.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{place}: {kind}")]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadError {
     /// Position of the error.
     pub place: FilePosition,
     /// Kind of the error.
     pub kind: LoadErrorKind,
 }
+
+impl fmt::Display for LoadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.place, self.kind)
+    }
+}
+
+impl Error for LoadError {}
 
 impl LoadError {
     /// Creates an error at a position.

@@ -59,11 +59,7 @@ impl MemoryUse {
 }
 
 /// Error of a refused reservation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "{needed} bytes more of memory for {} are needed, and {used} of the {limit} bytes that there may be are in use",
-    .purpose.as_str()
-)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OverBudget {
     /// Use of the refused request.
     pub purpose: MemoryUse,
@@ -74,6 +70,16 @@ pub struct OverBudget {
     /// Limit on the sum of all uses, in bytes.
     pub limit: u64,
 }
+
+impl fmt::Display for OverBudget {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let OverBudget { purpose, needed, used, limit } = self;
+        write!(f, "{needed} bytes more of memory for {} are needed, ", purpose.as_str())?;
+        write!(f, "and {used} of the {limit} bytes that there may be are in use")
+    }
+}
+
+impl std::error::Error for OverBudget {}
 
 impl OverBudget {
     /// Returns the protocol's code for this error.

@@ -4,6 +4,7 @@ use super::FbPtr;
 use super::aligned::Aligned;
 use crate::error::Code;
 use crate::simd::fill_pixels;
+use std::fmt;
 use std::ops::Range;
 
 /// Pixel in memory order: R, G, B, A.
@@ -13,10 +14,9 @@ pub type Rgba = [u8; 4];
 pub const MAX_SIDE: u32 = 32_768;
 
 /// Error of creating, reading or writing video memory.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MemoryError {
     /// A side is not in 1..=[`MAX_SIDE`] pixels.
-    #[error("a frame has 1 to {MAX_SIDE} pixels a side, not {width}x{height}")]
     BadSize {
         /// Requested width in pixels.
         width: u32,
@@ -24,13 +24,11 @@ pub enum MemoryError {
         height: u32,
     },
     /// The system has no memory for the frame.
-    #[error("no room for {bytes} bytes of video memory")]
     NoRoom {
         /// Requested size in bytes.
         bytes: u64,
     },
     /// The bytes are not all inside the memory.
-    #[error("bytes {offset}..{} are outside the memory's 0..{size}", .offset.saturating_add(*.len))]
     Outside {
         /// Offset of the first requested byte.
         offset: u64,
@@ -40,7 +38,6 @@ pub enum MemoryError {
         size: u64,
     },
     /// The pixel is outside the frame.
-    #[error("pixel ({x},{y}) is outside the frame's {width}x{height}")]
     NoPixel {
         /// Requested column.
         x: i64,
@@ -52,6 +49,26 @@ pub enum MemoryError {
         height: u32,
     },
 }
+
+impl fmt::Display for MemoryError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            MemoryError::BadSize { width, height } => {
+                write!(f, "a frame has 1 to {MAX_SIDE} pixels a side, not {width}x{height}")
+            }
+            MemoryError::NoRoom { bytes } => write!(f, "no room for {bytes} bytes of video memory"),
+            MemoryError::Outside { offset, len, size } => {
+                let end = offset.saturating_add(*len);
+                write!(f, "bytes {offset}..{end} are outside the memory's 0..{size}")
+            }
+            MemoryError::NoPixel { x, y, width, height } => {
+                write!(f, "pixel ({x},{y}) is outside the frame's {width}x{height}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for MemoryError {}
 
 impl MemoryError {
     /// Returns the protocol's code for this error.

@@ -7,6 +7,8 @@ use crate::scene::{
     Material, Object, Sampling, Scene, ShadeMode, Texture, TextureStages, TransparencyOrder, Viewport,
 };
 use glam::{DMat4, DVec3};
+use std::error::Error;
+use std::fmt;
 use std::sync::Arc;
 
 /// The memories that a draw writes to.
@@ -284,25 +286,21 @@ impl std::ops::AddAssign for DrawStats {
 }
 
 /// Reason why a draw was refused; the target is then untouched.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum PipelineError {
     /// The camera makes no picture.
-    #[error("camera: {0}")]
-    Camera(#[from] CameraError),
+    Camera(CameraError),
     /// The model matrix's last row is not 0 0 0 1.
-    #[error("the model matrix's last row is 0 0 0 1, not {} {} {} {}", .row[0], .row[1], .row[2], .row[3])]
     PerspectiveModel {
         /// The row found.
         row: [f64; 4],
     },
     /// A number is not finite.
-    #[error("{what} holds a number that is not finite")]
     NotFinite {
         /// The field concerned.
         what: &'static str,
     },
     /// The mesh has an index outside its own arrays.
-    #[error("mesh {what} {index} is outside its {len} entries")]
     BadIndex {
         /// The array.
         what: &'static str,
@@ -312,8 +310,45 @@ pub enum PipelineError {
         len: u64,
     },
     /// The draw's working memory does not fit the budget, not even in pieces.
-    #[error(transparent)]
-    OverBudget(#[from] OverBudget),
+    OverBudget(OverBudget),
+}
+
+impl fmt::Display for PipelineError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            PipelineError::Camera(e) => write!(f, "camera: {e}"),
+            PipelineError::PerspectiveModel { row: [x, y, z, w] } => {
+                write!(f, "the model matrix's last row is 0 0 0 1, not {x} {y} {z} {w}")
+            }
+            PipelineError::NotFinite { what } => write!(f, "{what} holds a number that is not finite"),
+            PipelineError::BadIndex { what, index, len } => {
+                write!(f, "mesh {what} {index} is outside its {len} entries")
+            }
+            PipelineError::OverBudget(e) => write!(f, "{e}"),
+        }
+    }
+}
+
+impl Error for PipelineError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        match self {
+            PipelineError::Camera(e) => Some(e),
+            PipelineError::OverBudget(e) => e.source(),
+            _ => None,
+        }
+    }
+}
+
+impl From<CameraError> for PipelineError {
+    fn from(e: CameraError) -> Self {
+        PipelineError::Camera(e)
+    }
+}
+
+impl From<OverBudget> for PipelineError {
+    fn from(e: OverBudget) -> Self {
+        PipelineError::OverBudget(e)
+    }
 }
 
 impl PipelineError {

@@ -23,6 +23,8 @@ use crate::scene::{CameraMatrices, Material, Scene, ShadeMode};
 use collect::{follow, middle_pixel, seen_at};
 pub use fast::{FastCorner, FastTrace};
 use glam::{DMat4, DVec2, DVec3, DVec4};
+use std::error::Error;
+use std::fmt;
 
 /// Selects the triangle or pixel to follow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,16 +39,13 @@ pub enum Probe {
 }
 
 /// Reason why a trace failed.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug)]
 pub enum TraceError {
     /// The scene cannot be drawn.
-    #[error(transparent)]
-    Pipeline(#[from] PipelineError),
+    Pipeline(PipelineError),
     /// The frame cannot be created.
-    #[error(transparent)]
-    Memory(#[from] MemoryError),
+    Memory(MemoryError),
     /// The triangle index is out of range.
-    #[error("expected a triangle below {count}, found {asked}")]
     NoTriangle {
         /// The requested index.
         asked: u64,
@@ -54,13 +53,47 @@ pub enum TraceError {
         count: u64,
     },
     /// No triangle gives this pixel its colour.
-    #[error("no triangle gives pixel ({x}, {y}) its colour")]
     NothingThere {
         /// Column.
         x: i32,
         /// Row.
         y: i32,
     },
+}
+
+impl fmt::Display for TraceError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            TraceError::Pipeline(e) => write!(f, "{e}"),
+            TraceError::Memory(e) => write!(f, "{e}"),
+            TraceError::NoTriangle { asked, count } => {
+                write!(f, "expected a triangle below {count}, found {asked}")
+            }
+            TraceError::NothingThere { x, y } => write!(f, "no triangle gives pixel ({x}, {y}) its colour"),
+        }
+    }
+}
+
+impl Error for TraceError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        match self {
+            TraceError::Pipeline(e) => e.source(),
+            TraceError::Memory(e) => e.source(),
+            _ => None,
+        }
+    }
+}
+
+impl From<PipelineError> for TraceError {
+    fn from(e: PipelineError) -> Self {
+        TraceError::Pipeline(e)
+    }
+}
+
+impl From<MemoryError> for TraceError {
+    fn from(e: MemoryError) -> Self {
+        TraceError::Memory(e)
+    }
 }
 
 /// One corner in every space.

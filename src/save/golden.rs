@@ -16,6 +16,8 @@ use super::{SaveError, crc32, missing_folder, rgba8, to_path};
 use crate::memory::{MemoryError, VideoMemory};
 use image::codecs::png::PngDecoder;
 use image::{DynamicImage, Limits};
+use std::error::Error;
+use std::fmt;
 use std::fs;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -65,10 +67,9 @@ pub struct Difference {
 }
 
 /// Reason why a frame did not pass.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum GoldenError {
     /// The golden file does not exist.
-    #[error("{}: no golden file; look at {}, and keep it with BLESS=1", .golden.display(), .actual.display())]
     Missing {
         /// Path of the golden file.
         golden: PathBuf,
@@ -76,10 +77,6 @@ pub enum GoldenError {
         actual: PathBuf,
     },
     /// The folder of the golden file does not exist.
-    #[error(
-        "{}: there is no folder {}; make it (mkdir -p), or run once with BLESS=1, which makes it and keeps the frame",
-        .golden.display(), .folder.display()
-    )]
     NoFolder {
         /// Path of the golden file.
         golden: PathBuf,
@@ -87,7 +84,6 @@ pub enum GoldenError {
         folder: PathBuf,
     },
     /// The golden file is not a readable PNG.
-    #[error("{}: {reason}", .golden.display())]
     Unreadable {
         /// Path of the golden file.
         golden: PathBuf,
@@ -95,10 +91,6 @@ pub enum GoldenError {
         reason: String,
     },
     /// The sizes differ.
-    #[error(
-        "{}: the golden file is {}x{}, the frame {}x{}; see {}",
-        .golden.display(), .expected.0, .expected.1, .found.0, .found.1, .actual.display()
-    )]
     Size {
         /// Path of the golden file.
         golden: PathBuf,
@@ -110,11 +102,6 @@ pub enum GoldenError {
         actual: PathBuf,
     },
     /// Too many pixels differ.
-    #[error(
-        "{}: {} pixels differ by more than {} ({} may), at most by {}, first at {:?}; see {} and {}",
-        .golden.display(), .difference.pixels, .tolerance.per_channel, .tolerance.pixels, .difference.max,
-        .difference.first.unwrap_or_default(), .actual.display(), .diff.display()
-    )]
     Differs {
         /// Path of the golden file.
         golden: PathBuf,
@@ -128,7 +115,6 @@ pub enum GoldenError {
         diff: PathBuf,
     },
     /// The golden file was rewritten: run again without BLESS.
-    #[error("{}: rewritten (crc {crc:08x}); this run fails, run again without BLESS", .golden.display())]
     Blessed {
         /// Path of the golden file.
         golden: PathBuf,
@@ -136,8 +122,57 @@ pub enum GoldenError {
         crc: u32,
     },
     /// A picture could not be written.
-    #[error(transparent)]
-    Save(#[from] SaveError),
+    Save(SaveError),
+}
+
+impl fmt::Display for GoldenError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            GoldenError::Missing { golden, actual } => {
+                let (golden, actual) = (golden.display(), actual.display());
+                write!(f, "{golden}: no golden file; look at {actual}, and keep it with BLESS=1")
+            }
+            GoldenError::NoFolder { golden, folder } => {
+                let (golden, folder) = (golden.display(), folder.display());
+                write!(f, "{golden}: there is no folder {folder}; make it (mkdir -p), ")?;
+                f.write_str("or run once with BLESS=1, which makes it and keeps the frame")
+            }
+            GoldenError::Unreadable { golden, reason } => write!(f, "{}: {reason}", golden.display()),
+            GoldenError::Size { golden, expected: (width, height), found, actual } => {
+                let (golden, actual) = (golden.display(), actual.display());
+                write!(f, "{golden}: the golden file is {width}x{height}, ")?;
+                write!(f, "the frame {}x{}; see {actual}", found.0, found.1)
+            }
+            GoldenError::Differs { golden, difference, tolerance, actual, diff } => {
+                let Difference { pixels, max, first } = difference;
+                let Tolerance { per_channel, pixels: allowed } = tolerance;
+                let first = first.unwrap_or_default();
+                let [golden, actual, diff] = [golden, actual, diff].map(|path| path.display());
+                write!(f, "{golden}: {pixels} pixels differ by more than {per_channel} ({allowed} may), ")?;
+                write!(f, "at most by {max}, first at {first:?}; see {actual} and {diff}")
+            }
+            GoldenError::Blessed { golden, crc } => {
+                let golden = golden.display();
+                write!(f, "{golden}: rewritten (crc {crc:08x}); this run fails, run again without BLESS")
+            }
+            GoldenError::Save(e) => write!(f, "{e}"),
+        }
+    }
+}
+
+impl Error for GoldenError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        match self {
+            GoldenError::Save(e) => e.source(),
+            _ => None,
+        }
+    }
+}
+
+impl From<SaveError> for GoldenError {
+    fn from(e: SaveError) -> Self {
+        GoldenError::Save(e)
+    }
 }
 
 /// Compares two frames; `None` if their sizes differ.

@@ -27,6 +27,7 @@ pub(crate) use temporary::{hold, temporary_name};
 pub use temporary::{remove_leftovers_beside, remove_leftovers_in};
 
 use crate::error::Code;
+use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -36,10 +37,9 @@ pub(crate) fn missing_folder(path: &Path) -> Option<&Path> {
 }
 
 /// Reason why a picture was not written.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum SaveError {
     /// The extension of the file name stands for no format.
-    #[error("{}: expected a name that ends in {expected}", .path.display())]
     UnknownEnding {
         /// Path as given.
         path: PathBuf,
@@ -47,7 +47,6 @@ pub enum SaveError {
         expected: &'static str,
     },
     /// The movie format does not support this frame rate.
-    #[error("{}: expected {least} to {most} frames a second, found {found}", .path.display())]
     Rate {
         /// Path as given.
         path: PathBuf,
@@ -59,7 +58,6 @@ pub enum SaveError {
         found: f64,
     },
     /// The operating system reported an error.
-    #[error("{}: {reason}", .path.display())]
     Io {
         /// The file, or `-` for a writer without a name.
         path: PathBuf,
@@ -69,6 +67,23 @@ pub enum SaveError {
         reason: String,
     },
 }
+
+impl fmt::Display for SaveError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            SaveError::UnknownEnding { path, expected } => {
+                write!(f, "{}: expected a name that ends in {expected}", path.display())
+            }
+            SaveError::Rate { path, least, most, found } => {
+                let path = path.display();
+                write!(f, "{path}: expected {least} to {most} frames a second, found {found}")
+            }
+            SaveError::Io { path, reason, .. } => write!(f, "{}: {reason}", path.display()),
+        }
+    }
+}
+
+impl std::error::Error for SaveError {}
 
 impl SaveError {
     fn io(path: &Path, error: &io::Error) -> Self {

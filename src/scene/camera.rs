@@ -2,6 +2,7 @@
 
 use crate::error::Code;
 use glam::{DMat4, DVec3, DVec4};
+use std::fmt;
 
 /// Eye, reference point and up vector in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -177,16 +178,13 @@ pub struct Viewport {
 }
 
 /// Error of an unusable camera.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum CameraError {
     /// Eye and reference point coincide.
-    #[error("the eye is at the point it looks at")]
     NoDirection,
     /// The up vector is zero or parallel to the view direction.
-    #[error("the up vector is parallel to the view")]
     BadUp,
     /// The near and far planes bound no volume.
-    #[error("near {near} and far {far} bound no volume")]
     BadDepthRange {
         /// Distance to the near plane.
         near: f64,
@@ -194,7 +192,6 @@ pub enum CameraError {
         far: f64,
     },
     /// The window or angle bounds no area.
-    #[error("{what} {value} bounds no view")]
     BadExtent {
         /// Name of the number.
         what: &'static str,
@@ -202,6 +199,21 @@ pub enum CameraError {
         value: f64,
     },
 }
+
+impl fmt::Display for CameraError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            CameraError::NoDirection => f.write_str("the eye is at the point it looks at"),
+            CameraError::BadUp => f.write_str("the up vector is parallel to the view"),
+            CameraError::BadDepthRange { near, far } => {
+                write!(f, "near {near} and far {far} bound no volume")
+            }
+            CameraError::BadExtent { what, value } => write!(f, "{what} {value} bounds no view"),
+        }
+    }
+}
+
+impl std::error::Error for CameraError {}
 
 impl CameraError {
     /// Returns the protocol's code for this error.

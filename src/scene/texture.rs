@@ -2,15 +2,15 @@
 
 use super::modes::{Sampling, Wrap};
 use crate::error::Code;
+use std::fmt;
 
 /// Largest width or height of a texture, in texels.
 pub const MAX_TEXTURE_SIDE: u32 = 16_384;
 
 /// Error of creating a texture.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TextureError {
     /// A side is not in 1..=[`MAX_TEXTURE_SIDE`] texels.
-    #[error("a texture has 1 to {MAX_TEXTURE_SIDE} texels a side, not {width}x{height}")]
     BadSize {
         /// Width in texels.
         width: u32,
@@ -18,7 +18,6 @@ pub enum TextureError {
         height: u32,
     },
     /// The number of bytes is not width * height * 4.
-    #[error("a {width}x{height} texture has {expected} bytes, not {found}")]
     BadLength {
         /// Width in texels.
         width: u32,
@@ -30,6 +29,21 @@ pub enum TextureError {
         found: u64,
     },
 }
+
+impl fmt::Display for TextureError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            TextureError::BadSize { width, height } => {
+                write!(f, "a texture has 1 to {MAX_TEXTURE_SIDE} texels a side, not {width}x{height}")
+            }
+            TextureError::BadLength { width, height, expected, found } => {
+                write!(f, "a {width}x{height} texture has {expected} bytes, not {found}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for TextureError {}
 
 impl TextureError {
     /// Returns the protocol's code for this error.

@@ -12,15 +12,13 @@ use super::transport::{
 use super::web::{WebFeed, WebOptions, WebServer, WebTarget};
 use super::{Audience, Client, Engine};
 use crate::command::EndOfInput;
+use std::fmt;
 use std::io::{self, Read, Write};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Warning that the limit of open files allows fewer connections than were asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "no more than {most} connections at one time in place of {wanted}: the limit of open files is {limit} (ulimit -n)"
-)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TooFewDescriptors {
     /// Number of connections that were asked for.
     pub wanted: usize,
@@ -29,6 +27,16 @@ pub struct TooFewDescriptors {
     /// Number of descriptors that the process may have open.
     pub limit: u64,
 }
+
+impl fmt::Display for TooFewDescriptors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let TooFewDescriptors { wanted, most, limit } = self;
+        write!(f, "no more than {most} connections at one time in place of {wanted}: ")?;
+        write!(f, "the limit of open files is {limit} (ulimit -n)")
+    }
+}
+
+impl std::error::Error for TooFewDescriptors {}
 
 /// A running server.
 ///

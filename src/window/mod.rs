@@ -62,6 +62,8 @@ use crate::save::SaveError;
 use minifb::{InputCallback, Key, ScaleMode, WindowOptions};
 use std::cell::RefCell;
 use std::collections::VecDeque;
+use std::error::Error;
+use std::fmt;
 use std::rc::Rc;
 #[cfg(feature = "server")]
 use std::time::Duration;
@@ -75,15 +77,11 @@ const USUAL_SCREEN: [usize; 2] = [1280, 800];
 const TICK: Duration = Duration::from_millis(8);
 
 /// Error of opening a window.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug)]
 pub enum WindowError {
     /// The window system is not available: no display, no libraries.
-    #[error("no window: {0}")]
     Unavailable(String),
     /// The frame is larger than a window can be.
-    #[error(
-        "no window: a {width}x{height} frame is larger than the {MAX_WINDOW_SIDE} pixels a side of a window"
-    )]
     TooLarge {
         /// Width of the frame in pixels.
         width: u32,
@@ -91,14 +89,48 @@ pub enum WindowError {
         height: u32,
     },
     /// The frame cannot be made.
-    #[error(transparent)]
-    Frame(#[from] MemoryError),
+    Frame(MemoryError),
     /// An argument of the program is malformed.
-    #[error("{0}")]
     Argument(String),
     /// The last frame cannot be saved.
-    #[error(transparent)]
-    Snapshot(#[from] SaveError),
+    Snapshot(SaveError),
+}
+
+impl fmt::Display for WindowError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            WindowError::Unavailable(reason) => write!(f, "no window: {reason}"),
+            WindowError::TooLarge { width, height } => {
+                write!(f, "no window: a {width}x{height} frame is larger ")?;
+                write!(f, "than the {MAX_WINDOW_SIDE} pixels a side of a window")
+            }
+            WindowError::Frame(e) => write!(f, "{e}"),
+            WindowError::Argument(reason) => f.write_str(reason),
+            WindowError::Snapshot(e) => write!(f, "{e}"),
+        }
+    }
+}
+
+impl Error for WindowError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        match self {
+            WindowError::Frame(e) => e.source(),
+            WindowError::Snapshot(e) => e.source(),
+            _ => None,
+        }
+    }
+}
+
+impl From<MemoryError> for WindowError {
+    fn from(e: MemoryError) -> Self {
+        WindowError::Frame(e)
+    }
+}
+
+impl From<SaveError> for WindowError {
+    fn from(e: SaveError) -> Self {
+        WindowError::Snapshot(e)
+    }
 }
 
 /// A keyboard report of the window system.

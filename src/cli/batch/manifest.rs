@@ -6,6 +6,7 @@
 //! last line; both are drawn again. A failed append is undone.
 
 use super::record::Record;
+use std::fmt;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -14,15 +15,26 @@ use std::path::{Path, PathBuf};
 pub const MERGED: &str = "frames.jsonl";
 
 /// Reason why a manifest cannot be written.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug)]
 pub enum ManifestError {
     /// Another process writes it.
-    #[error("{}: another process draws these frames", .0.display())]
     Busy(PathBuf),
     /// The operating system reported an error.
-    #[error("{}: {}", .0.display(), .1)]
     Io(PathBuf, io::Error),
 }
+
+impl fmt::Display for ManifestError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ManifestError::Busy(path) => {
+                write!(f, "{}: another process draws these frames", path.display())
+            }
+            ManifestError::Io(path, e) => write!(f, "{}: {e}", path.display()),
+        }
+    }
+}
+
+impl std::error::Error for ManifestError {}
 
 /// A manifest that this process writes.
 #[derive(Debug)]

@@ -9,18 +9,18 @@ use super::codec::Codec;
 use super::commands::Command;
 use super::decoder::MAX_LINE_BYTES;
 use crate::error::{Code, Fault};
+use std::error::Error;
+use std::fmt;
 
 pub(super) use line::LineWriter;
 
 /// Reason why a command cannot be encoded.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum EncodeError {
     /// The command is invalid by itself: [`Command::validate`] refuses it, or a pixel run is too
     /// long for its header.
-    #[error(transparent)]
-    Refused(#[from] Fault),
+    Refused(Fault),
     /// The line would be over the limit: a long POLY, FILLPOLY or POKE, or a long name.
-    #[error("{verb} would take a line of {bytes} bytes, a line has at most {MAX_LINE_BYTES}")]
     LineTooLong {
         /// The verb.
         verb: &'static str,
@@ -29,13 +29,39 @@ pub enum EncodeError {
     },
     /// The text form cannot express it: a texture called OFF or wrapped differently along its axes,
     /// a material with a file's texture.
-    #[error("{verb} has no text for {what}")]
     NoText {
         /// The verb.
         verb: &'static str,
         /// Part that cannot be expressed.
         what: &'static str,
     },
+}
+
+impl fmt::Display for EncodeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            EncodeError::Refused(e) => write!(f, "{e}"),
+            EncodeError::LineTooLong { verb, bytes } => {
+                write!(f, "{verb} would take a line of {bytes} bytes, a line has at most {MAX_LINE_BYTES}")
+            }
+            EncodeError::NoText { verb, what } => write!(f, "{verb} has no text for {what}"),
+        }
+    }
+}
+
+impl Error for EncodeError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        match self {
+            EncodeError::Refused(e) => e.source(),
+            _ => None,
+        }
+    }
+}
+
+impl From<Fault> for EncodeError {
+    fn from(e: Fault) -> Self {
+        EncodeError::Refused(e)
+    }
 }
 
 impl EncodeError {

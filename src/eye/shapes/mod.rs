@@ -14,12 +14,12 @@ pub use regular::{cell24, cross_polytope, cube, simplex};
 
 use super::pose::sin_cos_deg;
 use super::scene::Facet;
+use std::fmt;
 
 /// Error of creating a shape.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum ShapeError {
     /// A dimension in which the shape does not exist.
-    #[error("a {shape} has {expected} dimensions, not {found}")]
     Dimension {
         /// Name of the shape.
         shape: &'static str,
@@ -29,9 +29,21 @@ pub enum ShapeError {
         found: usize,
     },
     /// A mesh without triangles.
-    #[error("the mesh has no triangles")]
     Empty,
 }
+
+impl fmt::Display for ShapeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ShapeError::Dimension { shape, expected, found } => {
+                write!(f, "a {shape} has {expected} dimensions, not {found}")
+            }
+            ShapeError::Empty => f.write_str("the mesh has no triangles"),
+        }
+    }
+}
+
+impl std::error::Error for ShapeError {}
 
 /// A boundary in R^N as simplices over shared points.
 #[derive(Clone, Debug, PartialEq)]

@@ -16,39 +16,35 @@ mod tests;
 pub use quota::QuotaDir;
 
 use crate::error::{Code, Fault};
+use std::fmt;
 use std::fs;
 use std::io::{self, Read, Write};
 use std::path::{Component, Path, PathBuf};
 
 /// Reason why a name was refused.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SandboxError {
     /// The name is not a relative path of plain components.
-    #[error("a file's name is relative, without \"..\", inside the folder: {name:?} is not")]
     BadName {
         /// Name as given.
         name: String,
     },
     /// A component of the name is a symbolic link.
-    #[error("{name:?} goes through a symbolic link")]
     Link {
         /// Name as given.
         name: String,
     },
     /// The name refers to something other than a regular file.
-    #[error("{name:?} is no plain file")]
     NotPlain {
         /// Name as given.
         name: String,
     },
     /// There is no such file, or no folder for it.
-    #[error("{name:?} is not there")]
     Missing {
         /// Name as given.
         name: String,
     },
     /// The file is larger than the limit.
-    #[error("{name:?} has {found} bytes, and the limit is {limit}")]
     TooLarge {
         /// Name as given.
         name: String,
@@ -58,9 +54,6 @@ pub enum SandboxError {
         limit: u64,
     },
     /// The files written into the folder would exceed the quota.
-    #[error(
-        "{name:?}: the files that SNAP wrote take {used} of {limit} bytes, and there is no room for this one"
-    )]
     Quota {
         /// Name as given.
         name: String,
@@ -70,13 +63,11 @@ pub enum SandboxError {
         limit: u64,
     },
     /// The disk is full.
-    #[error("{name:?}: there is no room left")]
     Full {
         /// Name as given.
         name: String,
     },
     /// The operating system reported another error.
-    #[error("{name:?}: {reason}")]
     Io {
         /// Name as given.
         name: String,
@@ -84,6 +75,30 @@ pub enum SandboxError {
         reason: String,
     },
 }
+
+impl fmt::Display for SandboxError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            SandboxError::BadName { name } => {
+                write!(f, "a file's name is relative, without \"..\", inside the folder: {name:?} is not")
+            }
+            SandboxError::Link { name } => write!(f, "{name:?} goes through a symbolic link"),
+            SandboxError::NotPlain { name } => write!(f, "{name:?} is no plain file"),
+            SandboxError::Missing { name } => write!(f, "{name:?} is not there"),
+            SandboxError::TooLarge { name, found, limit } => {
+                write!(f, "{name:?} has {found} bytes, and the limit is {limit}")
+            }
+            SandboxError::Quota { name, used, limit } => {
+                write!(f, "{name:?}: the files that SNAP wrote take {used} of {limit} bytes, ")?;
+                f.write_str("and there is no room for this one")
+            }
+            SandboxError::Full { name } => write!(f, "{name:?}: there is no room left"),
+            SandboxError::Io { name, reason } => write!(f, "{name:?}: {reason}"),
+        }
+    }
+}
+
+impl std::error::Error for SandboxError {}
 
 impl SandboxError {
     /// Returns the protocol's code for this error.

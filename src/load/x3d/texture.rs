@@ -8,21 +8,30 @@ use crate::load::texture::decode_within;
 use crate::load::{LoadErrorKind, LoadMemory};
 use crate::scene::{MAX_TEXTURE_SIDE, Texture};
 use std::collections::HashMap;
+use std::fmt;
 use std::sync::Arc;
 
 /// Reason why a texture could not be made.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug)]
 pub(super) enum PictureError {
     /// No URL gives a usable picture; the reason for each. The shape is drawn without it.
-    #[error("{0}")]
     Unusable(String),
     /// The numbers of a PixelTexture are invalid; a description of valid ones.
-    #[error("{0}")]
     Pixels(String),
     /// There is no memory for it, or the load was cancelled: reading ends.
-    #[error("{0}")]
     OverMemory(LoadErrorKind),
 }
+
+impl fmt::Display for PictureError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            PictureError::Unusable(reason) | PictureError::Pixels(reason) => f.write_str(reason),
+            PictureError::OverMemory(kind) => write!(f, "{kind}"),
+        }
+    }
+}
+
+impl std::error::Error for PictureError {}
 
 /// Pictures already read, by path or data URI.
 #[derive(Default)]

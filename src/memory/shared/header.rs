@@ -2,6 +2,8 @@
 
 use crate::error::Code;
 use crate::memory::MAX_SIDE;
+use std::error::Error;
+use std::fmt;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::PathBuf;
@@ -12,10 +14,9 @@ pub const SHARED_HEADER_BYTES: usize = 4096;
 pub const SHARED_MAGIC: [u8; 8] = *b"FBPTRSHM";
 
 /// Error of opening or using a shared file.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug)]
 pub enum SharedError {
     /// The file exists and is not a shared video memory of the expected size. It is left unchanged.
-    #[error("{} is not a shared video memory of this server: expected {expected}, found {found}", path.display())]
     NotOurs {
         /// Path of the file.
         path: PathBuf,
@@ -25,7 +26,6 @@ pub enum SharedError {
         found: String,
     },
     /// The file system has no room for the file.
-    #[error("{}: no room for the file's {bytes} bytes", path.display())]
     NoRoom {
         /// Path of the file.
         path: PathBuf,
@@ -33,7 +33,6 @@ pub enum SharedError {
         bytes: u64,
     },
     /// Another program made the file shorter.
-    #[error("{}: another program truncated it from {expected} to {found} bytes", path.display())]
     Truncated {
         /// Path of the file.
         path: PathBuf,
@@ -43,19 +42,47 @@ pub enum SharedError {
         found: u64,
     },
     /// Another server has locked the file.
-    #[error("{} is in use by another server", path.display())]
     InUse {
         /// Path of the file.
         path: PathBuf,
     },
     /// The system refused an operation.
-    #[error("{}: {source}", path.display())]
     Io {
         /// Path of the file.
         path: PathBuf,
         /// Error of the system.
         source: io::Error,
     },
+}
+
+impl fmt::Display for SharedError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            SharedError::NotOurs { path, expected, found } => {
+                let path = path.display();
+                write!(f, "{path} is not a shared video memory of this server: ")?;
+                write!(f, "expected {expected}, found {found}")
+            }
+            SharedError::NoRoom { path, bytes } => {
+                write!(f, "{}: no room for the file's {bytes} bytes", path.display())
+            }
+            SharedError::Truncated { path, expected, found } => {
+                let path = path.display();
+                write!(f, "{path}: another program truncated it from {expected} to {found} bytes")
+            }
+            SharedError::InUse { path } => write!(f, "{} is in use by another server", path.display()),
+            SharedError::Io { path, source } => write!(f, "{}: {source}", path.display()),
+        }
+    }
+}
+
+impl Error for SharedError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        match self {
+            SharedError::Io { source, .. } => Some(source),
+            _ => None,
+        }
+    }
 }
 
 impl SharedError {

@@ -21,15 +21,15 @@ pub use teapot::{DEFAULT_TEAPOT_LEVEL, MAX_TEAPOT_LEVEL, teapot, teapot_bytes};
 use super::{Corner, Mesh, NONE, Polygon};
 use crate::error::Code;
 use glam::{DVec2, DVec3};
+use std::fmt;
 
 /// Largest number of triangles of a generated mesh.
 pub const MAX_FACES: u64 = 4 << 20;
 
 /// Error of generating a shape.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum ShapeError {
     /// A length is not positive and finite.
-    #[error("{what} must be positive and finite, not {value}")]
     BadSize {
         /// Name of the length.
         what: &'static str,
@@ -37,7 +37,6 @@ pub enum ShapeError {
         value: f64,
     },
     /// Too few steps to bound a body.
-    #[error("{what} must be at least {least}, not {value}")]
     TooCoarse {
         /// Name of the count.
         what: &'static str,
@@ -47,12 +46,27 @@ pub enum ShapeError {
         least: u32,
     },
     /// More faces than [`MAX_FACES`].
-    #[error("{faces} faces are over the limit of {MAX_FACES}")]
     TooFine {
         /// Number of faces that the mesh would have.
         faces: u64,
     },
 }
+
+impl fmt::Display for ShapeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ShapeError::BadSize { what, value } => {
+                write!(f, "{what} must be positive and finite, not {value}")
+            }
+            ShapeError::TooCoarse { what, value, least } => {
+                write!(f, "{what} must be at least {least}, not {value}")
+            }
+            ShapeError::TooFine { faces } => write!(f, "{faces} faces are over the limit of {MAX_FACES}"),
+        }
+    }
+}
+
+impl std::error::Error for ShapeError {}
 
 impl ShapeError {
     /// Returns the protocol's code for this error.

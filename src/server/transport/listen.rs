@@ -20,6 +20,7 @@ use crate::server::session::Audience;
 use mio::net::TcpListener;
 #[cfg(unix)]
 use mio::net::UnixListener;
+use std::error::Error;
 use std::fmt;
 use std::io;
 use std::net::{IpAddr, SocketAddr};
@@ -48,11 +49,10 @@ impl fmt::Display for ListenAddress {
 }
 
 /// Reason why an address cannot be listened on.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug)]
 #[non_exhaustive]
 pub enum ListenError {
     /// The system refused.
-    #[error("cannot listen on {place}: {source}")]
     Refused {
         /// The address.
         place: ListenAddress,
@@ -60,7 +60,6 @@ pub enum ListenError {
         source: io::Error,
     },
     /// A file is there that is not a dead socket.
-    #[error("cannot listen on {place}: {found}, and only a dead socket is replaced")]
     Occupied {
         /// The address.
         place: ListenAddress,
@@ -68,11 +67,33 @@ pub enum ListenError {
         found: &'static str,
     },
     /// This system has no Unix sockets.
-    #[error("cannot listen on {place}: this system has no unix sockets")]
     NoUnix {
         /// The address.
         place: ListenAddress,
     },
+}
+
+impl fmt::Display for ListenError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ListenError::Refused { place, source } => write!(f, "cannot listen on {place}: {source}"),
+            ListenError::Occupied { place, found } => {
+                write!(f, "cannot listen on {place}: {found}, and only a dead socket is replaced")
+            }
+            ListenError::NoUnix { place } => {
+                write!(f, "cannot listen on {place}: this system has no unix sockets")
+            }
+        }
+    }
+}
+
+impl Error for ListenError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        match self {
+            ListenError::Refused { source, .. } => Some(source),
+            _ => None,
+        }
+    }
 }
 
 enum ListenSocket {
