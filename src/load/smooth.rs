@@ -27,15 +27,19 @@ pub(super) const UNGROUPED: u32 = u32::MAX;
 /// the one before it.
 const MAX_FACES_AT_EDGE: usize = 16;
 
-/// Bytes of the tables per corner, and per position: the hash table of positions has up to 16/7
-/// entries of 33 bytes for each.
+/// Bytes of the tables per corner, and per position.
 const CORNER_BYTES: u64 = 96;
-const POSITION_BYTES: u64 = 80;
+const POSITION_BYTES: u64 = 32;
+
+/// Bytes per position while equal ones are found, before the other tables exist: the hash table has
+/// up to 16/7 entries of 33 bytes for each, the result 4.
+const WELDING_BYTES: u64 = 80;
 
 /// Returns the working memory in bytes that smoothing a mesh needs.
 pub(super) fn working_bytes(mesh: &Mesh) -> u64 {
     let of_corners = (mesh.corners.len() + mesh.polygons.len()) as u64 * CORNER_BYTES;
-    of_corners + mesh.positions.len() as u64 * POSITION_BYTES
+    let positions = mesh.positions.len() as u64;
+    (positions * WELDING_BYTES).max(of_corners + positions * POSITION_BYTES)
 }
 
 /// One side of a polygon: its two vertices, the lower index first, and the corners at them.

@@ -15,7 +15,7 @@
 use super::{SaveError, crc32, missing_folder, rgba8, to_path};
 use crate::memory::{MemoryError, VideoMemory};
 use image::codecs::png::PngDecoder;
-use image::{DynamicImage, Limits};
+use image::{DynamicImage, ImageDecoder, ImageResult, Limits};
 use std::error::Error;
 use std::fmt;
 use std::fs;
@@ -217,14 +217,21 @@ pub fn magnified(actual: &VideoMemory, expected: &VideoMemory) -> Result<VideoMe
 pub fn read_png(path: &Path) -> Result<VideoMemory, GoldenError> {
     let unreadable = |reason: String| GoldenError::Unreadable { golden: path.to_owned(), reason };
     let bytes = fs::read(path).map_err(|e| unreadable(e.to_string()))?;
-    // `image::load_from_memory_with_format` would compile the decoders of all formats for it.
-    let picture = PngDecoder::with_limits(Cursor::new(&bytes), Limits::default())
-        .and_then(DynamicImage::from_decoder)
-        .map_err(|e| unreadable(e.to_string()))?;
+    let picture = decode_png(&bytes).map_err(|e| unreadable(e.to_string()))?;
     let mut memory =
         VideoMemory::new(picture.width(), picture.height()).map_err(|e| unreadable(e.to_string()))?;
     memory.bytes_mut().copy_from_slice(&rgba8(picture));
     Ok(memory)
+}
+
+/// Decodes a PNG file within the default limits of `image`, whose `load_from_memory_with_format`
+/// would compile the decoders of all formats for it.
+fn decode_png(bytes: &[u8]) -> ImageResult<DynamicImage> {
+    let mut limits = Limits::default();
+    let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits.clone())?;
+    // The decoder counts its own buffers alone.
+    limits.reserve(decoder.total_bytes())?;
+    DynamicImage::from_decoder(decoder)
 }
 
 /// Compares `actual` with the golden PNG at `golden`.

@@ -2,9 +2,9 @@
 //!
 //! In: a picture of the crate `image`, in the pixel format of its file. Out: R,G,B,A bytes, row 0
 //! at the top: grey becomes three equal channels, pictures without alpha are opaque, 16 bits are
-//! rounded to the nearest of 8. The crate's own conversion gives the same bytes, and the tests
-//! compare with it; here it is compiled at the crate's optimization level, so that `image` itself
-//! can be built without (`Cargo.toml`).
+//! rounded to the nearest of 8. `image` converts to the same bytes, and the tests compare with it;
+//! here the loops are compiled at the level of this crate, `image` without optimization
+//! (`Cargo.toml`). Goldens and the loader of textures share this, and `load` may use `save`.
 
 use image::DynamicImage;
 
@@ -49,13 +49,13 @@ mod tests {
     use super::*;
     use image::ImageBuffer;
 
-    /// Returns 7x5 pixels of N channels, and for 16 bits the values around each rounding border.
+    /// Returns 7x5 pixels of N channels, and for 16 bits values around rounding borders.
     fn samples<T, const N: usize>(value: impl Fn(u32) -> T) -> Vec<T> {
         (0..7 * 5 * N as u32).map(value).collect()
     }
 
     #[test]
-    fn every_format_gives_the_bytes_of_the_crates_own_conversion() {
+    fn every_format_gives_the_bytes_that_image_converts_to() {
         let bytes = |k: u32| (k * 37 % 256) as u8;
         let words = |k: u32| (k / 3 * 257 + 127 + k % 3) as u16;
         let picture = |kind: usize| match kind {

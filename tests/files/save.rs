@@ -144,6 +144,21 @@ fn a_golden_test_can_fail_and_says_by_how_much() {
 }
 
 #[test]
+fn a_golden_file_that_claims_a_huge_picture_is_refused_before_it_is_unpacked() {
+    let path = folder("huge").join("huge.png");
+    save::to_path(&frame(), &path).unwrap();
+    let mut bytes = fs::read(&path).unwrap();
+    for at in [16, 20] {
+        bytes[at..at + 4].copy_from_slice(&20_000_u32.to_be_bytes());
+    }
+    let crc = crc32fast::hash(&bytes[12..29]);
+    bytes[29..33].copy_from_slice(&crc.to_be_bytes());
+    fs::write(&path, bytes).unwrap();
+    let error = golden::read_png(&path).unwrap_err().to_string();
+    assert!(error.ends_with("Memory limit exceeded"), "{error}");
+}
+
+#[test]
 #[should_panic(expected = "no golden file")]
 fn the_assertion_panics() {
     // With BLESS=1 it panics too, for another reason; this test is about the normal run.
