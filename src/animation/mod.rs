@@ -93,8 +93,6 @@ impl Error for FrameError {
     fn source(&self) -> Option<&(dyn Error + 'static)> {
         match self {
             FrameError::Pipeline(e) => e.source(),
-            FrameError::Eye(e) => e.source(),
-            FrameError::Memory(e) => e.source(),
             _ => None,
         }
     }

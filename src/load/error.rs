@@ -156,14 +156,7 @@ impl fmt::Display for LoadErrorKind {
     }
 }
 
-impl Error for LoadErrorKind {
-    fn source(&self) -> Option<&(dyn Error + 'static)> {
-        match self {
-            LoadErrorKind::OverBudget(e) => e.source(),
-            _ => None,
-        }
-    }
-}
+impl Error for LoadErrorKind {}
 
 /// Error of loading a file, with its position. The text is `FILE:LINE:COLUMN: reason`, without the
 /// parts that are unknown.

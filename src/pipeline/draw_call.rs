@@ -333,7 +333,6 @@ impl Error for PipelineError {
     fn source(&self) -> Option<&(dyn Error + 'static)> {
         match self {
             PipelineError::Camera(e) => Some(e),
-            PipelineError::OverBudget(e) => e.source(),
             _ => None,
         }
     }

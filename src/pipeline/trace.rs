@@ -78,7 +78,6 @@ impl Error for TraceError {
     fn source(&self) -> Option<&(dyn Error + 'static)> {
         match self {
             TraceError::Pipeline(e) => e.source(),
-            TraceError::Memory(e) => e.source(),
             _ => None,
         }
     }

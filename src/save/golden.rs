@@ -160,14 +160,7 @@ impl fmt::Display for GoldenError {
     }
 }
 
-impl Error for GoldenError {
-    fn source(&self) -> Option<&(dyn Error + 'static)> {
-        match self {
-            GoldenError::Save(e) => e.source(),
-            _ => None,
-        }
-    }
-}
+impl Error for GoldenError {}
 
 impl From<SaveError> for GoldenError {
     fn from(e: SaveError) -> Self {

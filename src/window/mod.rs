@@ -111,15 +111,7 @@ impl fmt::Display for WindowError {
     }
 }
 
-impl Error for WindowError {
-    fn source(&self) -> Option<&(dyn Error + 'static)> {
-        match self {
-            WindowError::Frame(e) => e.source(),
-            WindowError::Snapshot(e) => e.source(),
-            _ => None,
-        }
-    }
-}
+impl Error for WindowError {}
 
 impl From<MemoryError> for WindowError {
     fn from(e: MemoryError) -> Self {

@@ -49,14 +49,7 @@ impl fmt::Display for EncodeError {
     }
 }
 
-impl Error for EncodeError {
-    fn source(&self) -> Option<&(dyn Error + 'static)> {
-        match self {
-            EncodeError::Refused(e) => e.source(),
-            _ => None,
-        }
-    }
-}
+impl Error for EncodeError {}
 
 impl From<Fault> for EncodeError {
     fn from(e: Fault) -> Self {
