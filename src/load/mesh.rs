@@ -83,7 +83,7 @@ impl MeshFormat {
             #[cfg(feature = "formats")]
             MeshFormat::Stl => super::stl::parse(bytes, file_name, memory, smoothing),
             #[cfg(feature = "formats")]
-            MeshFormat::Ply => super::ply::parse(bytes, file_name, memory, smoothing),
+            MeshFormat::Ply => super::ply::parse_textured(bytes, side_files, file_name, memory, smoothing),
         }
     }
 }

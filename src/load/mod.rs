@@ -6,6 +6,7 @@
 //! decides which names may be read; [`SandboxDir`] restricts untrusted names to a folder.
 
 mod context;
+mod defects;
 mod error;
 #[cfg(feature = "formats")]
 pub mod gltf;
@@ -18,6 +19,7 @@ mod physical;
 pub mod ply;
 mod polled;
 mod sandbox_dir;
+mod side_files;
 mod smooth;
 #[cfg(feature = "formats")]
 pub mod stl;

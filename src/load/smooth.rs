@@ -2,8 +2,7 @@
 //!
 //! In: a mesh, the smoothing group of each polygon, and the crease angle, the largest angle between
 //! the normals of two faces that are smoothed together. Out: one normal for each group of smooth
-//! corners; and whether the surface has an edge with a single face. Runs on the thread that reads
-//! the file; sums are taken in the file's order, so the same file gives the same bits.
+//! corners; and whether backs of its faces can be seen. Runs on the thread that reads the file; sums are taken in the file's order, so the same file gives the same bits.
 //!
 //! Equal positions are one vertex (files split them where texture coordinates differ). Corners of a
 //! vertex are smoothed together if their faces meet at an edge whose angle is no larger than the
@@ -48,13 +47,36 @@ struct Edge {
     vertices: [u32; 2],
     polygon: u32,
     corners: [u32; 2],
+    /// Set if the polygon runs from the lower index to the higher.
+    is_forward: bool,
 }
 
-/// Computes normals for the corners that have none. Returns whether the surface is open.
+/// Returns whether the faces at one edge are those of a surface with an inside: as many run along
+/// it one way as the other. A single face is a rim; two that run the same way have one of them
+/// turned inside out.
+fn is_balanced(faces: &[Edge]) -> bool {
+    2 * faces.iter().filter(|edge| edge.is_forward).count() == faces.len()
+}
+
+/// Returns whether the volume that the faces enclose is negative: all are turned inside out. Taken
+/// relative to one of their points, so that coordinates far from the origin keep their digits.
+fn is_inside_out(mesh: &Mesh) -> bool {
+    let Some(origin) = mesh.corners.first().map(|c| mesh.positions[c.position as usize]) else {
+        return false;
+    };
+    let at = |corner: u32| mesh.positions[mesh.corners[corner as usize].position as usize] - origin;
+    let volumes = mesh.triangles.iter().map(|t| t.map(at)).map(|[a, b, c]| a.dot(b.cross(c)));
+    let (sum, size) = volumes.fold((0.0, 0.0), |(sum, size): (f64, f64), v| (sum + v, size + v.abs()));
+    // Faces that enclose nothing leave a rounding error.
+    sum < -1e-9 * size
+}
+
+/// Computes normals for the corners that have none. Returns whether backs of faces can be seen: the
+/// surface is open, or faces of it are turned inside out.
 pub(super) fn smooth(mesh: &mut Mesh, groups: &[u32], max_angle_rad: f64) -> bool {
     let vertices = welded(&mesh.positions);
     let edges = edges(mesh, &vertices);
-    let is_open = edges.chunk_by(|a, b| a.vertices == b.vertices).any(|faces| faces.len() == 1);
+    let is_open = !edges.chunk_by(|a, b| a.vertices == b.vertices).all(is_balanced) || is_inside_out(mesh);
     let normals: Vec<Option<DVec3>> = mesh.polygons.iter().map(|p| normal_of(mesh, p)).collect();
     let mut joined: Vec<u32> = (0..mesh.corners.len() as u32).collect();
     // cos falls as the angle grows; the margin of a rounding error keeps edges at exactly the limit
@@ -76,7 +98,9 @@ pub(super) fn smooth(mesh: &mut Mesh, groups: &[u32], max_angle_rad: f64) -> boo
             } else {
                 i + 1..faces.len()
             };
-            for b in faces[others].iter().filter(|b| is_smooth(a, b)) {
+            // The normal of a face that is turned inside out is no neighbour's.
+            let is_neighbour = |b: &&Edge| (faces.len() > 2 || a.is_forward != b.is_forward) && is_smooth(a, b);
+            for b in faces[others].iter().filter(is_neighbour) {
                 (0..2).for_each(|end| join(&mut joined, a.corners[end], b.corners[end]));
             }
         }
@@ -110,9 +134,12 @@ fn edges(mesh: &Mesh, vertices: &[u32]) -> Vec<Edge> {
             let corners = [k, (k + 1) % p.corner_count].map(|k| p.first_corner + k);
             let [a, b] = corners.map(|c| vertices[mesh.corners[c as usize].position as usize]);
             match a.cmp(&b) {
-                std::cmp::Ordering::Less => edges.push(Edge { vertices: [a, b], polygon, corners }),
+                std::cmp::Ordering::Less => {
+                    edges.push(Edge { vertices: [a, b], polygon, corners, is_forward: true });
+                }
                 std::cmp::Ordering::Greater => {
-                    edges.push(Edge { vertices: [b, a], polygon, corners: [corners[1], corners[0]] });
+                    let corners = [corners[1], corners[0]];
+                    edges.push(Edge { vertices: [b, a], polygon, corners, is_forward: false });
                 }
                 std::cmp::Ordering::Equal => {}
             }
@@ -267,6 +294,36 @@ mod tests {
             let normal = normal_of(&mesh, &mesh.polygons[p]).unwrap();
             assert!(mesh.polygon_corners(p).iter().all(|c| mesh.normals[c.normal as usize] == normal));
         }
+    }
+
+    #[test]
+    fn a_face_turned_inside_out_shows_its_back() {
+        let cuboid = || {
+            let mut mesh = crate::scene::shapes::cuboid(DVec3::ONE).unwrap();
+            mesh.normals.clear();
+            mesh.corners.iter_mut().for_each(|c| c.normal = NONE);
+            mesh
+        };
+        let reversed = |faces: &[usize]| {
+            let whole = cuboid();
+            let mut mesh = Mesh { positions: whole.positions.clone(), ..Mesh::default() };
+            for p in 0..whole.polygons.len() {
+                let mut corners = whole.polygon_corners(p).to_vec();
+                if faces.contains(&p) {
+                    corners.reverse();
+                }
+                mesh.push_polygon(&corners, NONE);
+            }
+            mesh
+        };
+        assert!(!smooth(&mut reversed(&[]), &[], FRAC_PI_3));
+        for faces in [&[0][..], &[5], &[1, 2], &[0, 1, 2, 3, 4, 5]] {
+            assert!(smooth(&mut reversed(faces), &[], FRAC_PI_3), "{faces:?}");
+        }
+        // Also far from the origin, where products of coordinates lose all their digits.
+        let mut far = reversed(&[]);
+        far.positions.iter_mut().for_each(|p| *p += DVec3::splat(1e7));
+        assert!(!smooth(&mut far, &[], FRAC_PI_3));
     }
 
     #[test]

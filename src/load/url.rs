@@ -23,6 +23,29 @@ pub(crate) fn local_paths(folder: &str, url: &str) -> Vec<String> {
     paths
 }
 
+/// Returns the ends of an absolute path, of a drive, a share or the root, or in a `file:` URL: the
+/// longest first, without empty steps and dots. Empty for other names. They name files of the machine
+/// that wrote them, which may lie beside the scene here.
+pub(crate) fn ends_of_absolute(name: &str) -> Vec<String> {
+    /// Most ends that are looked for.
+    const MOST: usize = 8;
+    let name = name.trim();
+    let is_drive =
+        matches!(name.as_bytes(), [letter, b':', b'/' | b'\\', ..] if letter.is_ascii_alphabetic());
+    let is_file_url = name.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("file:"));
+    if !is_drive && !is_file_url && !name.starts_with(['/', '\\']) || name.contains('\0') {
+        return Vec::new();
+    }
+    let decoded = if is_file_url { unescape(&name[5..]) } else { None };
+    let path = decoded.as_deref().unwrap_or(name);
+    let steps = path.split(['/', '\\']).filter(|step| !matches!(*step, "" | "." | ".."));
+    let steps: Vec<&str> = steps.filter(|step| !step.ends_with(':')).collect();
+    if path.ends_with(['/', '\\']) {
+        return Vec::new();
+    }
+    (steps.len().saturating_sub(MOST)..steps.len()).map(|first| steps[first..].join("/")).collect()
+}
+
 /// Returns whether a URL refers to a file outside the root: by `..`, or by an absolute path.
 pub(crate) fn is_outside(folder: &str, url: &str) -> bool {
     let url = url.trim();

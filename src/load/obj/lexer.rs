@@ -11,12 +11,13 @@ mod vertices;
 pub(super) use elements::POINTS;
 
 use super::lines::{Lines, keyword, shown};
+use crate::load::defects::{Defects, earliest};
 use crate::load::mesh::PolygonSizes;
 use crate::load::smooth::UNGROUPED;
 use crate::load::{FilePosition, LoadError, LoadErrorKind, LoadWarning};
 use std::collections::{HashMap, HashSet};
 use std::io::{self, BufRead, Read};
-use vertices::has_colors;
+use vertices::ColorScale;
 
 /// Kind of an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,6 +85,42 @@ pub(super) struct Elements {
     pub(super) libraries: Vec<(String, u32)>,
     /// Warnings about skipped parts.
     pub(super) warnings: Vec<LoadWarning>,
+    /// Elements and vertices that were left out.
+    pub(super) left_out: LeftOut,
+}
+
+/// Vertices and elements that were left out, by the reason.
+#[derive(Default)]
+pub(super) struct LeftOut {
+    /// Vertices with numbers that cannot be used.
+    pub(super) vertices: [Defects; 3],
+    /// Elements with an index out of range.
+    pub(super) indices: Defects,
+    /// Elements of too few corners.
+    pub(super) thin: Defects,
+    /// Elements with a word that is no corner.
+    pub(super) unreadable: Defects,
+}
+
+impl LeftOut {
+    /// Returns the first of them as an error, for a file that nothing is left of.
+    pub(super) fn first(&self) -> Option<LoadError> {
+        let LeftOut { vertices: [positions, ..], indices, thin, unreadable } = self;
+        earliest([positions, indices, thin, unreadable])
+    }
+
+    fn warnings(&self) -> impl Iterator<Item = LoadWarning> {
+        let LeftOut { vertices: [positions, texcoords, normals], indices, thin, unreadable } = self;
+        let all = [
+            positions.warning("the vertex and what uses it are left out"),
+            texcoords.warning("elements that use it have no texture coordinates"),
+            normals.warning("elements that use it have no normals"),
+            indices.warning("its element is left out"),
+            thin.warning("the element is left out"),
+            unreadable.warning("the element is left out"),
+        ];
+        all.into_iter().flatten()
+    }
 }
 
 /// Most warnings stored per file.
@@ -117,7 +154,11 @@ pub(super) struct Lexer<'a> {
     counts: [u64; 3],
     /// Vertices of the whole file.
     totals: [u64; 3],
-    has_colors: bool,
+    colors: Option<ColorScale>,
+    /// Indices of the vertices that cannot be used, ascending, in each list.
+    unusable: [Vec<u32>; 3],
+    /// Set once an element was seen, whether it is left out or not.
+    has_elements: bool,
     sizes: PolygonSizes,
     known_statements: u64,
     first_unknown: Option<(u32, String)>,
@@ -139,6 +180,7 @@ impl<'a> Lexer<'a> {
             order: Default::default(),
             libraries: Vec::new(),
             warnings: Vec::new(),
+            left_out: LeftOut::default(),
         };
         Lexer {
             bytes,
@@ -150,7 +192,9 @@ impl<'a> Lexer<'a> {
             consumed: 0,
             counts: [0; 3],
             totals: [0; 3],
-            has_colors: has_colors(bytes),
+            colors: ColorScale::of(bytes),
+            unusable: Default::default(),
+            has_elements: false,
             sizes: PolygonSizes::default(),
             known_statements: 0,
             first_unknown: None,
@@ -177,6 +221,11 @@ impl<'a> Lexer<'a> {
 
     /// Returns the recorded properties, once the file has been read.
     pub(super) fn into_elements(mut self) -> Elements {
+        if self.colors == Some(ColorScale::Bytes) {
+            let message = "vertex colours above 1 are read as 0 to 255".into();
+            self.elements.warnings.push(LoadWarning { place: FilePosition::file(self.file_name), message });
+        }
+        self.elements.warnings.extend(self.elements.left_out.warnings());
         if self.dropped_warnings > 0 {
             let message = format!("{} more warnings are not shown", self.dropped_warnings);
             self.elements.warnings.push(LoadWarning { place: FilePosition::file(self.file_name), message });
@@ -217,7 +266,7 @@ impl<'a> Lexer<'a> {
             let Some((line, statement)) = self.lines.next() else {
                 match self.pass {
                     Pass::Vertices => self.begin_elements()?,
-                    Pass::Elements if self.elements.faces.is_empty() => self.pass = Pass::Cloud(0),
+                    Pass::Elements if !self.has_elements => self.pass = Pass::Cloud(0),
                     Pass::Cloud(first) if u64::from(first) < self.totals[0] => {
                         self.pass = Pass::Cloud(self.cloud(first)?);
                     }

@@ -4,20 +4,18 @@ use crate::load::{FilePosition, LoadError, LoadErrorKind};
 use std::borrow::Cow;
 
 /// Iterator over a file's statements, with line numbers from 1. A BOM is skipped. A line ends at
-/// LF, with CRs before it dropped; in a file without any LF, at CR. `\` at the end of a line joins
-/// the next one to it, except in a comment.
+/// LF, with any CRs before it, or at a CR alone. `\` at the end of a line joins the next one to it,
+/// except in a comment.
 #[derive(Clone)]
 pub(super) struct Lines<'a> {
     rest: &'a [u8],
     line: u32,
-    end: u8,
 }
 
 impl<'a> Lines<'a> {
     pub(super) fn new(bytes: &'a [u8]) -> Self {
         let rest = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-        let end = if rest.contains(&b'\n') { b'\n' } else { b'\r' };
-        Lines { rest, line: 0, end }
+        Lines { rest, line: 0 }
     }
 
     /// Returns the next physical line without surrounding blanks.
@@ -25,12 +23,15 @@ impl<'a> Lines<'a> {
         if self.rest.is_empty() {
             return None;
         }
-        let end = self.rest.iter().position(|b| *b == self.end);
-        let (line, rest) = match end {
-            Some(end) => (&self.rest[..end], &self.rest[end + 1..]),
-            None => (self.rest, &[][..]),
+        let end = self.rest.iter().position(|b| matches!(b, b'\n' | b'\r'));
+        let (line, rest) = self.rest.split_at(end.unwrap_or(self.rest.len()));
+        // Some programs end lines with CR CR LF, which is one end.
+        let returns = rest.iter().take_while(|b| **b == b'\r').count();
+        let length = match rest.get(returns) {
+            Some(b'\n') => returns + 1,
+            _ => returns.min(1),
         };
-        self.rest = rest;
+        self.rest = &rest[length..];
         self.line = self.line.saturating_add(1);
         Some(line.trim_ascii())
     }
@@ -93,16 +94,18 @@ pub(super) fn shown(bytes: &[u8]) -> String {
     }
 }
 
+/// Parses a finite number.
+pub(super) fn finite(word: &[u8]) -> Option<f64> {
+    std::str::from_utf8(word).ok().and_then(|text| text.parse::<f64>().ok()).filter(|x| x.is_finite())
+}
+
 /// Parses a finite number; the error shows the word.
 pub(super) fn number(
     word: &[u8],
     what: &'static str,
     place: impl FnOnce() -> FilePosition,
 ) -> Result<f64, LoadError> {
-    let parsed = std::str::from_utf8(word).ok().and_then(|text| text.parse::<f64>().ok());
-    parsed
-        .filter(|x| x.is_finite())
-        .ok_or_else(|| LoadError::new(place(), LoadErrorKind::Number { what, found: shown(word) }))
+    finite(word).ok_or_else(|| LoadError::new(place(), LoadErrorKind::Number { what, found: shown(word) }))
 }
 
 #[cfg(test)]
@@ -118,6 +121,7 @@ mod tests {
         let of = |pairs: &[(u32, &str)]| pairs.iter().map(|(n, l)| (*n, l.to_string())).collect::<Vec<_>>();
         assert_eq!(lines("\u{feff}a b\r\r\n\n  c"), of(&[(1, "a b"), (2, ""), (3, "c")]));
         assert_eq!(lines("a\rb\r"), of(&[(1, "a"), (2, "b")]));
+        assert_eq!(lines("a\rb\n\rc\r\rd"), of(&[(1, "a"), (2, "b"), (3, ""), (4, "c"), (5, ""), (6, "d")]));
         assert_eq!(lines("f 1 \\\r\n 2\\\n3\nx"), of(&[(1, "f 1  2 3"), (4, "x")]));
         assert_eq!(lines("# c:\\\nv"), of(&[(1, "# c:\\"), (2, "v")]));
         assert_eq!(lines("a\\"), of(&[(1, "a")]));

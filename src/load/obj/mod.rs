@@ -9,8 +9,9 @@
 //! `tobj` reports no line numbers, ignores `p`, accepts `nan`, splits vertices by group, and can
 //! panic. So every line is checked first (`lexer`), with its line number; `tobj` gets the checked
 //! lines alone, elements after vertices, in one group; and its result is combined with the
-//! properties that the check recorded for each element (`assemble`). Unknown statements are skipped
-//! with a warning, invalid known ones are refused.
+//! properties that the check recorded for each element (`assemble`). Unknown statements, elements
+//! that cannot be read and what uses a vertex that cannot are left out with a warning; a file that
+//! nothing is left of is refused with the first reason.
 //!
 //! Source: Wavefront, Advanced Visualizer Manual, appendix B1 (Object Files) and the MTL material
 //! format 4.2.
@@ -20,17 +21,19 @@ mod cost;
 mod lexer;
 mod lines;
 mod mtl;
+mod opacity;
 mod placement;
 #[cfg(test)]
 mod tests;
 mod through_tobj;
 
 use super::mesh::{LoadedMesh, Smoothing, add_normals};
-use super::{FilePosition, LoadError, LoadErrorKind, LoadMemory, LoadWarning, texture};
-use crate::error::Code;
+use super::side_files::{find, folder_of, picture};
+use super::{FilePosition, LoadError, LoadErrorKind, LoadMemory, LoadWarning};
 use crate::memory::Reservation;
 use crate::scene::{Geometry, Mesh, NONE, Texture};
 use lexer::{ElementKind, Elements, Lexer};
+use opacity::masked;
 use placement::Placement;
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -81,12 +84,16 @@ pub fn parse_smooth(
     let _tables = memory.work(cost::obj_bytes(bytes)).map_err(refused)?;
     let mut lexer = Lexer::new(bytes, file_name);
     let raw = through_tobj::obj(&mut lexer)?;
-    let Elements { faces, uses, order, libraries, mut warnings } = lexer.into_elements();
+    let Elements { faces, uses, order, libraries, mut warnings, left_out } = lexer.into_elements();
+    if let (true, Some(error)) = (faces.is_empty(), left_out.first()) {
+        return Err(error);
+    }
     let (library, _libraries) = read_libraries(&libraries, side_files, file_name, &mut warnings, memory)?;
     // Only used materials are stored, in the order of first use.
     let mut geometry = Geometry::default();
     let mut material_of_use = Vec::with_capacity(uses.len());
     let mut placements = Vec::new();
+    let (mut black, mut black_file) = (mtl::Alike::default(), None);
     for (name, line) in &uses {
         let Some(found) = library.get(name.as_str()) else {
             // If no MTL file was found, that has been reported already. Some exporters write an empty
@@ -99,10 +106,18 @@ pub fn parse_smooth(
             continue;
         };
         material_of_use.push(geometry.mesh.materials.len() as u32);
-        geometry.textures.push(read_texture(found, side_files, file_name, &mut warnings, memory)?);
-        geometry.mesh.materials.push(found.material.material.clone());
+        let texture = read_texture(found, side_files, file_name, &mut warnings, memory)?;
+        let mut material = found.material.material.clone();
+        if texture.is_some() && material.texture.is_some() && mtl::show_texture(&mut material) {
+            black.note(found.material.texture_place.line, &material.name);
+            black_file.get_or_insert_with(|| found.material.texture_place.file.clone());
+        }
+        geometry.textures.push(texture);
+        geometry.mesh.materials.push(material);
         placements.push(found.material.placement);
     }
+    let why = "is read as 1 1 1: its texture would be black";
+    warnings.extend(black.warning(black_file.as_deref().unwrap_or(file_name), "Kd 0 0 0", why));
     assemble::assemble(&mut geometry.mesh, raw, &faces, &order, &material_of_use).map_err(|reason| {
         LoadError::new(FilePosition::file(file_name), LoadErrorKind::Undecodable { format: "OBJ", reason })
     })?;
@@ -162,11 +177,6 @@ struct Found {
     folder: String,
 }
 
-/// Returns the folders in front of a file's name, with the last separator.
-fn folder_of(name: &str) -> &str {
-    name.rfind(['/', '\\']).map_or("", |end| &name[..=end])
-}
-
 /// Reads all MTL files that `mtllib` names. Returns their materials by name; of two with the same
 /// name the first counts.
 fn read_libraries(
@@ -177,21 +187,25 @@ fn read_libraries(
     memory: &LoadMemory,
 ) -> Result<(HashMap<String, Found>, Vec<Reservation>), LoadError> {
     let (mut all, mut held) = (HashMap::new(), Vec::new());
+    let mut files = Vec::new();
     let mut warn = |line: u32, message: String| {
         warnings.push(LoadWarning { place: FilePosition::line(file_name, line), message });
     };
-    let mut files = Vec::new();
     for (names, line) in libraries {
         // Either one name that contains blanks, or several names.
-        if let Some(bytes) = find(side_files, names) {
-            files.push((names.clone(), bytes));
-            continue;
-        }
-        for name in names.split_whitespace() {
-            match find(side_files, name) {
-                Some(bytes) => files.push((name.to_owned(), bytes)),
-                None => warn(*line, format!("material file {name:?} cannot be found: it is left out")),
+        let whole = find(side_files, names).map(|file| vec![(names.as_str(), Some(file))]);
+        let parts = |side_files: &mut SideFiles<'_>| {
+            names.split_whitespace().map(|name| (name, find(side_files, name))).collect()
+        };
+        for (name, file) in whole.unwrap_or_else(|| parts(side_files)) {
+            let Some(file) = file else {
+                warn(*line, format!("material file {name:?} cannot be found: it is left out"));
+                continue;
+            };
+            if let Some(note) = file.note {
+                warn(*line, note);
             }
+            files.push((file.name, file.bytes));
         }
     }
     for (name, bytes) in files {
@@ -211,11 +225,6 @@ fn read_libraries(
     Ok((all, held))
 }
 
-/// Returns the bytes of a side file; a name with `\` as separator is also tried with `/`.
-fn find(side_files: &mut SideFiles<'_>, name: &str) -> Option<Vec<u8>> {
-    side_files(name).or_else(|| name.contains('\\').then(|| side_files(&name.replace('\\', "/"))).flatten())
-}
-
 /// Reads the texture of a material from the folder of its MTL file, or from that of the OBJ file. A
 /// picture that is missing or cannot be decoded is left out with a warning.
 fn read_texture(
@@ -225,22 +234,28 @@ fn read_texture(
     warnings: &mut Vec<LoadWarning>,
     memory: &mut LoadMemory,
 ) -> Result<Option<Arc<Texture>>, LoadError> {
-    let Some(name) = &material.material.texture else { return Ok(None) };
-    let mut left_out = |reason: String| {
-        let message = format!("texture {name:?} {reason}: it is left out");
-        warnings.push(LoadWarning { place: material.texture_place.clone(), message });
-        Ok(None)
-    };
-    for path in [format!("{folder}{name}"), name.clone()] {
-        if let Some(bytes) = find(side_files, &path) {
-            let shown = format!("{}{path}", folder_of(file_name));
-            return match texture::decode_within(&bytes, &shown, memory) {
-                Ok(texture) if material.placement.is_clamped => Ok(Some(Arc::new(texture.clamped()))),
-                Ok(texture) => Ok(Some(Arc::new(texture))),
-                Err(error) if error.code() == Code::Quota => Err(error),
-                Err(error) => left_out(format!("cannot be read ({})", error.kind)),
-            };
+    let mut read = |name: &Option<String>, place: &FilePosition| {
+        let Some(name) = name else { return Ok(None) };
+        let mut warn = |message| warnings.push(LoadWarning { place: place.clone(), message });
+        let names = [format!("{folder}{name}"), name.clone()];
+        let found = picture(&names, side_files, folder_of(file_name), memory)?;
+        if let Some(note) = found.note {
+            warn(note);
         }
-    }
-    left_out("cannot be found".into())
+        let texture =
+            found.texture.map_err(|reason| warn(format!("texture {name:?} {reason}: it is left out")));
+        Ok(texture.ok())
+    };
+    let color = read(&material.material.texture, &material.texture_place)?;
+    let is_same = material.material.texture == material.opacity_map;
+    let opacity = if is_same { None } else { read(&material.opacity_map, &material.opacity_place)? };
+    let texture = match (color, opacity) {
+        (color, None) => color,
+        (color, Some(opacity)) => Some(
+            masked(color, &opacity, memory)
+                .map_err(|kind| LoadError::new(material.opacity_place.clone(), kind))?,
+        ),
+    };
+    Ok(texture
+        .map(|texture| Arc::new(if material.placement.is_clamped { texture.clamped() } else { texture })))
 }

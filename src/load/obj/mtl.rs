@@ -1,6 +1,6 @@
 //! MTL files: materials, lit by the format's own equation (Blinn's half vector).
 //!
-//! Statements in use: `newmtl`, `Ka`, `Kd`, `Ks`, `Ke`, `Ns`, `d`, `Tr`, `illum`, `map_Kd`.
+//! Statements in use: `newmtl`, `Ka`, `Kd`, `Ks`, `Ke`, `Ns`, `d`, `Tr`, `illum`, `map_Kd`, `map_d`.
 //! Defaults: Ka, Ks and Ke are 0, Kd is 0.8 (1 with a texture), Ns is 1, and the surface is opaque.
 //! `illum 0` is Kd alone, unlit; `illum 1` has no highlight. If both `d` and `Tr` are given, `d`
 //! counts. `Tr` of 1 or more without `d` is read as opaque, and `Ns` below 1 as no highlight: both
@@ -9,6 +9,7 @@
 use super::lines::{Lines, keyword, number, shown, text, words};
 use super::placement::Placement;
 use super::through_tobj::{self, RawMaterial};
+use crate::load::defects::Defects;
 use crate::load::{FilePosition, LoadError, LoadErrorKind, LoadWarning};
 use crate::scene::{LightingModel, Material};
 use glam::{DVec2, DVec3};
@@ -26,6 +27,9 @@ pub(super) struct FileMaterial {
     /// Options of its texture.
     pub(super) placement: Placement,
     pub(super) texture_place: FilePosition,
+    /// Name of the picture of its opacity (`map_d`), and where it stands.
+    pub(super) opacity_map: Option<String>,
+    pub(super) opacity_place: FilePosition,
 }
 
 /// Statements of a material that are not passed to `tobj`, and lines of some that are.
@@ -38,6 +42,8 @@ struct MaterialLines {
     placement: Placement,
     /// Line of its `map_Kd`.
     texture_line: u32,
+    /// Line and name of its `map_d`.
+    opacity_map: Option<(u32, String)>,
     /// Line of its `Ns`.
     exponent_line: u32,
     /// Line and value of its `Tr`.
@@ -53,6 +59,8 @@ struct Check<'a> {
     materials: Vec<MaterialLines>,
     warned: HashSet<String>,
     warnings: Vec<LoadWarning>,
+    /// Statements that cannot be read.
+    unreadable: Defects,
 }
 
 /// Parses an MTL file. Returns its materials in the file's order, and warnings about skipped parts.
@@ -67,13 +75,17 @@ pub(super) fn parse(
         materials: Vec::new(),
         warned: HashSet::new(),
         warnings: Vec::new(),
+        unreadable: Defects::default(),
     };
     for (line, statement) in Lines::new(bytes) {
         check.line = line;
         let (word, arguments) = keyword(&statement);
-        check.statement(word, arguments)?;
+        if let Err(error) = check.statement(word, arguments) {
+            check.unreadable.note(|| error);
+        }
     }
-    let Check { out, materials: lines, mut warnings, .. } = check;
+    let Check { out, materials: lines, mut warnings, unreadable, .. } = check;
+    warnings.extend(unreadable.warning("the statement is left out"));
     let raw = through_tobj::mtl(&mut out.as_slice(), file_name)?;
     if raw.len() != lines.len() {
         let reason = format!("{} materials are defined, and {} came back", lines.len(), raw.len());
@@ -86,7 +98,8 @@ pub(super) fn parse(
     let mut materials = Vec::new();
     let (mut opaque, mut matte) = (Alike::default(), Alike::default());
     for (raw, statements) in raw.into_iter().zip(lines) {
-        let MaterialLines { name, line, placement, texture_line, exponent_line, transparency } = statements;
+        let MaterialLines { name, line, placement, texture_line, opacity_map, exponent_line, transparency } =
+            statements;
         if !names.insert(name.clone()) {
             let message = format!("material {name:?} is defined again: the first one counts");
             warnings.push(LoadWarning { place: FilePosition::line(file_name, line), message });
@@ -105,7 +118,9 @@ pub(super) fn parse(
             matte.note(exponent_line, &material.name);
         }
         let texture_place = FilePosition::line(file_name, texture_line);
-        materials.push(FileMaterial { material, placement, texture_place });
+        let (opacity_line, opacity_map) = opacity_map.unzip();
+        let opacity_place = FilePosition::line(file_name, opacity_line.unwrap_or(0));
+        materials.push(FileMaterial { material, placement, texture_place, opacity_map, opacity_place });
     }
     let tr = "is read as opaque: some programs write the opacity there (d has one meaning)";
     let ns = "is read as no highlight, without Ks: some programs write 0 for that";
@@ -116,13 +131,13 @@ pub(super) fn parse(
 
 /// Materials that are read in the same way: line and name of the first, and the number of others.
 #[derive(Default)]
-struct Alike {
+pub(super) struct Alike {
     first: Option<(u32, String)>,
     others: usize,
 }
 
 impl Alike {
-    fn note(&mut self, line: u32, name: &str) {
+    pub(super) fn note(&mut self, line: u32, name: &str) {
         match self.first {
             Some(_) => self.others += 1,
             None => self.first = Some((line, name.to_owned())),
@@ -130,7 +145,7 @@ impl Alike {
     }
 
     /// Returns one warning for all of them, if there are any.
-    fn warning(self, file_name: &str, what: &str, why: &str) -> Option<LoadWarning> {
+    pub(super) fn warning(self, file_name: &str, what: &str, why: &str) -> Option<LoadWarning> {
         let (line, name) = self.first?;
         let others = match self.others {
             0 => String::new(),
@@ -169,7 +184,7 @@ impl Check<'_> {
                 self.materials.push(MaterialLines { name, line: self.line, ..MaterialLines::default() });
                 return Ok(());
             }
-            _ if self.materials.is_empty() && word[0].is_ascii_alphabetic() => {
+            _ if self.materials.is_empty() => {
                 self.warn_of(word, "stands before the first newmtl: it is skipped");
                 return Ok(());
             }
@@ -196,18 +211,16 @@ impl Check<'_> {
                 writeln!(self.out, "d {value:?}").expect("memory can be written");
             }
             b"illum" => self.illumination(arguments)?,
-            b"map_Kd" => self.texture(arguments),
+            _ if word.eq_ignore_ascii_case(b"map_Kd") => self.texture(arguments, false),
+            _ if word.eq_ignore_ascii_case(b"map_d") => self.texture(arguments, true),
             b"Ni" | b"Tf" | b"sharpness" | b"Km" | b"map_aat" => {}
-            b"map_Ka" | b"map_Ks" | b"map_Ke" | b"map_Ns" | b"map_NS" | b"map_ns" | b"map_d"
-            | b"map_Bump" | b"map_bump" | b"map_Tr" | b"bump" | b"disp" | b"decal" | b"refl" | b"norm"
-            | b"map_Kn" | b"Pr" | b"Pm" | b"Ps" | b"Pc" | b"Pcr" | b"aniso" | b"anisor" | b"map_Pr"
-            | b"map_Pm" | b"map_Ps" => {
+            b"map_Ka" | b"map_Ks" | b"map_Ke" | b"map_Ns" | b"map_NS" | b"map_ns" | b"map_Bump"
+            | b"map_bump" | b"map_Tr" | b"bump" | b"disp" | b"decal" | b"refl" | b"norm" | b"map_Kn"
+            | b"Pr" | b"Pm" | b"Ps" | b"Pc" | b"Pcr" | b"aniso" | b"anisor" | b"map_Pr" | b"map_Pm"
+            | b"map_Ps" => {
                 self.warn_of(word, "is not used");
             }
-            [first, ..] if first.is_ascii_alphabetic() => {
-                self.warn_of(word, "is not an MTL statement: it is skipped");
-            }
-            _ => return Err(self.syntax("expected an MTL statement", word)),
+            _ => self.warn_of(word, "is not an MTL statement: it is skipped"),
         }
         Ok(())
     }
@@ -275,9 +288,11 @@ impl Check<'_> {
         Ok(nearest)
     }
 
-    /// Handles `map_Kd [options] name`. The name may contain blanks; options that would change the
-    /// picture and are not supported get a warning.
-    fn texture(&mut self, arguments: &[u8]) {
+    /// Handles `map_Kd [options] name`, or `map_d`, whose options are those of `map_Kd` or left out.
+    /// The name may contain blanks; options that would change the picture and are not supported get a
+    /// warning.
+    fn texture(&mut self, arguments: &[u8], is_opacity: bool) {
+        let statement = if is_opacity { "map_d" } else { "map_Kd" };
         let mut rest = arguments;
         let mut placement = Placement::default();
         while rest.starts_with(b"-") {
@@ -312,17 +327,32 @@ impl Check<'_> {
                 b"-clamp" => placement.is_clamped = is_on,
                 // Colours are not converted.
                 b"-colorspace" => {}
-                _ => self.warn_of(option, "of map_Kd is not used"),
+                _ => self.warn_of(option, &format!("of {statement} is not used")),
             }
         }
         let name = text(rest).trim().to_owned();
         if name.is_empty() {
             // Some exporters write an empty one for a material without a texture.
-            return self.warn_of(b"map_Kd", "names no file: it is left out");
+            return self.warn_of(statement.as_bytes(), "names no file: it is left out");
+        }
+        if is_opacity {
+            return self.note(|material, line| material.opacity_map = Some((line, name)));
         }
         self.note(|material, line| (material.placement, material.texture_line) = (placement, line));
         writeln!(self.out, "map_Kd {name}").expect("memory can be written");
     }
+}
+
+/// Makes a black material white, if it has no colour of its own but that of its texture; returns
+/// whether it did. Exporters write Kd 0 0 0 there, and programs show the texture.
+pub(super) fn show_texture(material: &mut Material) -> bool {
+    let is_unlit = material.model == LightingModel::Unlit;
+    let own = if is_unlit { &mut material.emissive } else { &mut material.kd };
+    let is_black = *own == DVec3::ZERO;
+    if is_black {
+        *own = DVec3::ONE;
+    }
+    is_black
 }
 
 /// Converts a material as read by `tobj`, with the defaults of the format and the effect of

@@ -165,7 +165,7 @@ fn an_empty_file_is_an_empty_mesh_and_says_so() {
 }
 
 #[test]
-fn what_is_malformed_is_refused_with_its_line() {
+fn what_is_malformed_and_all_there_is_is_refused_with_its_line() {
     let after = |rest: &str| refusal(format!("{TRIANGLE}{rest}"));
     for (rest, reason) in [
         ("f 1 2 4", "m.obj:4: position index 4 names none of the 3 there are"),
@@ -191,30 +191,16 @@ fn what_is_malformed_is_refused_with_its_line() {
         ("f 1 2 /3", "m.obj:4: a corner is v, v/vt, v//vn or v/vt/vn, found \"/3\""),
         ("f 1 2 3/1/1/1", "m.obj:4: a corner is v, v/vt, v//vn or v/vt/vn, found \"3/1/1/1\""),
         ("f 1 2 -", "m.obj:4: an index is a whole number, found \"-\""),
-        ("v nan 0 0", "m.obj:4: a coordinate must be a finite number, found \"nan\""),
-        ("v 0 -inf 0", "m.obj:4: a coordinate must be a finite number, found \"-inf\""),
-        ("vt infinity 0", "m.obj:4: a coordinate must be a finite number, found \"infinity\""),
-        ("vn 0 0 1e999", "m.obj:4: a coordinate must be a finite number, found \"1e999\""),
-        ("v 1,5 0 0", "m.obj:4: a coordinate must be a finite number, found \"1,5\""),
-        ("v 1 2", "m.obj:4: a position has 3 numbers, 4 with a weight, 6 with a colour, found \"1 2\""),
-        (
-            "v 1 2 3 4 5",
-            "m.obj:4: a position has 3 numbers, 4 with a weight, 6 with a colour, found \"1 2 3 4 5\"",
-        ),
-        ("v 1 2 3 0", "m.obj:4: a position divided by its weight must be a finite number, found \"1 2 3 0\""),
-        (
-            "v 1e300 2 3 1e-300",
-            "m.obj:4: a position divided by its weight must be a finite number, found \"1e300 2 3 1e-300\"",
-        ),
-        ("vt", "m.obj:4: a texture coordinate has 1 to 3 numbers, found \"\""),
-        ("vn 0 0", "m.obj:4: a normal has 3 numbers, found \"0 0\""),
         ("f 1 \\\n2 \\\n9\n", "m.obj:4: position index 9 names none of the 3 there are"),
-        ("1 2 3", "m.obj:4: expected an OBJ statement, found \"1\""),
-        ("\0\0\0", "m.obj:4: expected an OBJ statement, found \"\\0\\0\\0\""),
     ] {
         assert_eq!(after(rest), reason);
+        // Beside something that can be read it is left out.
+        let loaded = load(format!("{TRIANGLE}{rest}\nf 1 2 3\n"));
+        assert_eq!(loaded.geometry.mesh.polygons.len(), 1, "{rest}");
+        assert!(warnings(&loaded).iter().any(|w| w.contains("left out")), "{rest}");
     }
-    assert_eq!(refusal("<html>\n"), "m.obj:1: expected an OBJ statement, found \"<html>\"");
+    let html = "m.obj:1: expected an OBJ statement such as v or f, found \"<html>\"";
+    assert_eq!(refusal("<html>\n"), html);
     assert_eq!(
         refusal("hello world\nthis is text"),
         "m.obj:1: expected an OBJ statement such as v or f, found \"hello\""
@@ -222,6 +208,81 @@ fn what_is_malformed_is_refused_with_its_line() {
     // A polygon whose triangulation would take minutes.
     let huge = format!("{TRIANGLE}f{}", " 1 2 3".repeat(30_000));
     assert_eq!(load_with(huge, &[]).unwrap_err().code(), Code::TooBig);
+}
+
+#[test]
+fn a_vertex_that_cannot_be_used_is_left_out_with_what_uses_it() {
+    for (vertex, said) in [
+        (
+            "v nan 0 0",
+            "m.obj:4: warning: a position must be a finite number, found \"nan 0 0\": the vertex and what uses it are left out",
+        ),
+        ("v 0 -inf 0", ""),
+        ("v -1.#IND 0 0", ""),
+        ("v 1e999 0 0", ""),
+        ("v 1,5 0 0", ""),
+        ("v 1 2", ""),
+        ("v", ""),
+        ("v 1 2 3 0", ""),
+        ("v 1e300 2 3 1e-300", ""),
+    ] {
+        // The vertices after it keep their numbers, and a face without it is drawn.
+        let faces = load(format!("{TRIANGLE}{vertex}\nv 1 1 0\nf 1 2 4\nf 1 2 3\nf 1 2 5\nf -2 1 2\n"));
+        let m = &faces.geometry.mesh;
+        assert_eq!((m.polygons.len(), m.positions.len(), faces.warnings.len()), (2, 4, 1), "{vertex}");
+        assert_eq!(m.positions[m.corners[5].position as usize], DVec3::new(1.0, 1.0, 0.0), "{vertex}");
+        assert_sound(m);
+        let cloud = load(format!("{TRIANGLE}{vertex}\nv 1 1 0\n"));
+        assert_eq!(cloud.geometry.mesh.points.len(), 4, "{vertex}");
+        assert!(said.is_empty() || warnings(&cloud) == [said], "{:?}", warnings(&cloud));
+        assert!(load_with(vertex, &[]).is_err(), "{vertex}: nothing is left");
+    }
+    let two = load(format!("{TRIANGLE}v nan nan nan\nv nan nan nan\nf 1 2 3\nf 1 2 4\n"));
+    assert!(warnings(&two)[0].ends_with("are left out, 2 times in all"), "{:?}", warnings(&two));
+    for attribute in ["vt nan 0", "vt", "vn 0 0 1e999", "vn 0 0"] {
+        let (list, corner) = if attribute.starts_with("vt") { ("vt 0 0", "/") } else { ("vn 0 0 1", "//") };
+        let faces = ["1", "2"].map(|i| format!("f 1{corner}1 2{corner}1 3{corner}{i}\n")).concat();
+        let loaded = load(format!("{TRIANGLE}{list}\n{attribute}\n{faces}"));
+        let m = &loaded.geometry.mesh;
+        let has: Vec<bool> = m.corners.iter().map(|c| c.normal != NONE || c.texcoord != NONE).collect();
+        assert_eq!(has, [true, true, true, false, false, false], "{attribute}");
+        assert_eq!(loaded.warnings.len(), 1, "{attribute}: {:?}", warnings(&loaded));
+        assert_sound(m);
+    }
+}
+
+#[test]
+fn what_exporters_write_beside_the_format_is_read_with_a_warning() {
+    for (text, polygons, warned) in [
+        ("$ by hand\nf 1 2 3\n", 1, 1),
+        ("// by hand\nf 1 2 3\n", 1, 1),
+        ("f 1 2 3\nend\n\u{1a}", 1, 2),
+        ("f 1 2 3\n1 2 3\n", 1, 1),
+        ("f 1 2\nf\nf 1 2 3\nl 1\n", 1, 1),
+        ("f 1/ 2/ 3/\nf 1// 2// 3//\nf 1/// 2/// 3///\n", 3, 0),
+        ("f 1 2 -9\nf 1 2 9\nf 1 2 3\n", 1, 1),
+        ("v 1 1 0 1 1\nv 1 2 3 4 5 6 7 8 9\nf 1 2 4\n", 1, 3),
+        ("vn 0 0 1 1\nf 1//1 2//1 3//1", 1, 1),
+        ("f 1 2 3\r\rf 1 3 2\r\n\rf 2 1 3", 3, 0),
+    ] {
+        let loaded = load(format!("{TRIANGLE}{text}"));
+        let found = (loaded.geometry.mesh.polygons.len(), loaded.warnings.len());
+        assert_eq!(found, (polygons, warned), "{text:?}: {:?}", warnings(&loaded));
+        assert_sound(&loaded.geometry.mesh);
+    }
+}
+
+#[test]
+fn vertex_colors_above_one_are_bytes() {
+    let colors = |text: &str| {
+        let loaded = load(text);
+        (loaded.geometry.mesh.colors.clone(), loaded.warnings.len())
+    };
+    let (bytes, warned) = colors("v 0 0 0 255 0 51\nv 1 0 0 0 1 0\nv 0 1 0 0 0 0\nf 1 2 3");
+    assert_eq!((bytes[0], warned), (DVec4::new(1.0, 0.0, 0.2, 1.0), 1));
+    assert_eq!(bytes[1].y, 1.0 / 255.0);
+    let (units, warned) = colors("v 0 0 0 1 0 0.2\nv 1 0 0 0 1.0000001 0\nv 0 1 0 0 0 0\nf 1 2 3");
+    assert_eq!((units[0], warned), (DVec4::new(1.0, 0.0, 0.2, 1.0), 0));
 }
 
 #[test]

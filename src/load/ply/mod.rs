@@ -1,45 +1,54 @@
-//! PLY: the Polygon File Format, as text or binary in either byte order, read by `serde-ply`.
+//! PLY: the Polygon File Format, as text or binary in either byte order.
 //!
 //! In: the bytes of a file. Out: a mesh of the elements `vertex` (positions, normals, texture
 //! coordinates, colours), `face` (polygons of any size; colours and texture coordinates of a face
 //! where vertices have none), `tristrips` (-1 begins a new strip) and `edge`; a file with none of
 //! the last three is a cloud of points. Other elements and properties are left out. Colours of
-//! whole-number properties are parts of their type's largest number.
+//! whole-number properties are parts of their type's largest number; of a cloud of splats the colour
+//! is that of degree 0 (`f_dc_0` to `f_dc_2`). `comment TextureFile` names the texture.
 //!
-//! `serde-ply` reports no place; it reads through a counter of bytes, and an error stands where the
-//! counter does: in a line of a text, at a byte of a binary file. It believes the header's counts;
-//! so each element's smallest size is compared with the bytes that are left, and memory is reserved,
-//! before its rows are read. An index is checked when its row is. A line of a text with more values
-//! than its row has is searched once an error is found.
+//! Passed over with a warning: vertices that are not finite and what uses them, indices out of range,
+//! lines with more values or fewer than a row. The header's counts are believed by nobody: each
+//! element's smallest size is compared with the bytes that are left, and memory is reserved, before
+//! its rows are read.
 //!
-//! Source: G. Turk, The PLY Polygon File Format, 1994.
+//! Sources: G. Turk, The PLY Polygon File Format, 1994; B. Kerbl et al., "3D Gaussian Splatting for
+//! Real-Time Radiance Field Rendering", 2023 (spherical harmonics of the colours).
 
 mod build;
 mod elements;
-mod long_row;
+mod header;
+mod reader;
 mod rows;
 #[cfg(test)]
 mod tests;
 
-use super::error::short;
+use super::defects::earliest;
 use super::mesh::{LoadedMesh, Smoothing, add_normals};
+use super::obj::SideFiles;
+use super::side_files::{folder_of, picture};
 use super::{FilePosition, LoadError, LoadErrorKind, LoadMemory, LoadWarning};
-use crate::cancel::CancelToken;
-use crate::scene::Geometry;
-use serde_ply::{DeserializeError, PlyFormat, PlyReader};
-use std::cell::Cell;
-use std::io::{self, BufRead, Read};
+use crate::scene::{Geometry, Material, NONE};
+use build::Built;
+use elements::{Elements, most_bytes};
+use glam::DVec3;
+use header::Header;
+use reader::Reader;
+use std::sync::Arc;
 
-/// Most elements of a header, and most properties of an element.
-const MAX_ELEMENTS: usize = 256;
+/// Returns a file without its byte order mark.
+fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
+}
 
 /// Returns whether a file that begins with `first` is PLY.
 pub(crate) fn is_ply(first: &[u8]) -> bool {
-    first.starts_with(b"ply\n") || first.starts_with(b"ply\r")
+    let [word @ .., end] = without_mark(first).get(..4).unwrap_or(b"none") else { return false };
+    word.eq_ignore_ascii_case(b"ply") && end.is_ascii_whitespace()
 }
 
-/// Parses the PLY file `file_name` from its bytes. Room for the rows of an element is reserved
-/// before they are read.
+/// Parses the PLY file `file_name` from its bytes, without the textures that it names. Room for the
+/// rows of an element is reserved before they are read.
 ///
 /// # Errors
 /// If the file has an error, or `memory` has no room or is cancelled.
@@ -49,121 +58,117 @@ pub fn parse(
     memory: &mut LoadMemory,
     smoothing: Smoothing,
 ) -> Result<LoadedMesh, LoadError> {
+    parse_textured(bytes, &mut |_| None, file_name, memory, smoothing)
+}
+
+/// [`parse`], with the textures that the file names, which come from `side_files`.
+///
+/// # Errors
+/// Those of [`parse`].
+pub fn parse_textured(
+    bytes: &[u8],
+    side_files: &mut SideFiles<'_>,
+    file_name: &str,
+    memory: &mut LoadMemory,
+    smoothing: Smoothing,
+) -> Result<LoadedMesh, LoadError> {
     let refused = |kind| LoadError::new(FilePosition::file(file_name), kind);
+    let bytes = without_mark(bytes);
     let _header = memory.work(header_bytes(bytes)).map_err(refused)?;
-    let at = Cell::new(0);
-    let cancel = memory.cancel().clone();
-    let source = Counted { bytes, at: &at, is_ended: false, cancel: &cancel };
-    // Until the header is read, its lines are the places.
-    let mut place = Places { bytes, file_name, is_text: true };
-    let fail = |place: &Places, e: DeserializeError| {
-        let undecodable = LoadErrorKind::Undecodable { format: "PLY", reason: short(&e.0.to_string()) };
-        place.refuse(at.get(), memory.check_cancelled().err().unwrap_or(undecodable))
-    };
-    let mut reader = PlyReader::from_reader(source).map_err(|e| fail(&place, e))?;
-    let header = reader.header();
-    let most = header.elem_defs.iter().map(|e| e.properties.len()).max().unwrap_or(0);
-    let most = most.max(header.elem_defs.len());
-    if most > MAX_ELEMENTS {
-        let what = "elements, or properties of one";
-        let (found, limit) = (most as u64, MAX_ELEMENTS as u64);
-        return Err(place.refuse(at.get(), LoadErrorKind::TooBig { what, found, limit }));
+    let header = header::read(bytes, file_name)?;
+    let start = (header.end, header.line);
+    let mut reader = Reader::new(bytes, start, header.encoding, &header.elements, file_name);
+    let (mut work, mut elements) = (Vec::new(), Elements::default());
+    for element in &header.elements {
+        let reserved = most_bytes(element, &reader).and_then(|most| memory.work(most));
+        work.push(reserved.map_err(|kind| LoadError::new(reader.position(reader.place()), kind))?);
+        elements.read(element, &mut reader, memory)?;
     }
-    place.is_text = header.format == PlyFormat::Ascii;
-    let mut work = Vec::new();
-    let mut elements = elements::Elements::default();
-    for element in header.elem_defs.clone() {
-        let left = bytes.get(at.get()..).unwrap_or(&[]);
-        let reserved = elements::most_bytes(&element, reader.header().format, left)
-            .and_then(|most| memory.work(most))
-            .map_err(|kind| place.refuse(at.get(), kind))?;
-        work.push(reserved);
-        let start = at.get();
-        elements.read(&element.name, &mut reader, &at).map_err(|e| {
-            let long = long_row::find(&element, bytes, start..at.get()).filter(|_| place.is_text);
-            match long.filter(|_| memory.check_cancelled().is_ok()) {
-                Some((at, reason)) => place.refuse(at, LoadErrorKind::Undecodable { format: "PLY", reason }),
-                None => fail(&place, e),
-            }
-        })?;
+    if elements.vertices.lacks_positions {
+        let reason = "a vertex has no x, y and z".to_owned();
+        return Err(refused(LoadErrorKind::Undecodable { format: "PLY", reason }));
     }
+    let mut warnings = warnings_of_header(&header, file_name);
+    let has_bytes = elements.vertices.has_bytes || elements.faces.has_bytes;
+    let defects = std::mem::take(&mut elements.defects);
     let lacks_normals = elements.vertices.normals.is_empty();
-    let mut mesh = build::mesh(elements).map_err(|(at, kind)| place.refuse(at, kind))?;
+    let Built { mut mesh, indices } = build::mesh(elements, &reader, header.textures.len())?;
+    if mesh.corners.is_empty()
+        && let Some(error) = earliest([&defects.positions, &indices, &defects.cut])
+    {
+        return Err(error);
+    }
+    warnings.extend(defects.long.warning("they are left out"));
+    warnings.extend(defects.cut.warning("the row is left out"));
+    warnings.extend(defects.positions.warning("the vertex and what uses it are left out"));
+    warnings.extend(defects.attributes.warning("0 is taken, white for a colour"));
+    warnings.extend(indices.warning("its row is left out"));
+    let mut warn = |message: &str| {
+        warnings.push(LoadWarning { place: FilePosition::file(file_name), message: message.into() });
+    };
+    if has_bytes {
+        warn("colours above 1 are read as 0 to 255");
+    }
+    if mesh.corners.is_empty() {
+        warn("no faces, lines or points: nothing is drawn");
+    }
+    if mesh.texcoords.is_empty() && !header.textures.is_empty() {
+        warn("its texture is not shown: there are no texture coordinates");
+    }
     let is_open = lacks_normals
         && !mesh.polygons.is_empty()
         && add_normals(&mut mesh, &[], smoothing, memory).map_err(refused)?;
     mesh.shrink_to_fit();
     memory.reserve_result(mesh.size_bytes() as u64).map_err(refused)?;
-    let mut warnings = Vec::new();
-    if mesh.corners.is_empty() {
-        let message = "no faces, lines or points: nothing is drawn".into();
-        warnings.push(LoadWarning { place: FilePosition::file(file_name), message });
+    let mut geometry = Geometry::from(mesh);
+    if geometry.mesh.texcoords.is_empty() {
+        geometry.mesh.polygons.iter_mut().for_each(|p| p.material = NONE);
+    } else {
+        read_textures(&header, &mut geometry, side_files, file_name, &mut warnings, memory)?;
     }
-    Ok(LoadedMesh { geometry: Geometry::from(mesh), warnings, is_open })
+    Ok(LoadedMesh { geometry, warnings, is_open })
+}
+
+/// Returns the warning about lines of the header that are not known.
+fn warnings_of_header(header: &Header, file_name: &str) -> Vec<LoadWarning> {
+    let warning = header.unknown.as_ref().map(|(line, text, count)| {
+        let more = if *count > 1 { format!(", and {} more", count - 1) } else { String::new() };
+        let message = format!("{text:?}{more} is no line of a PLY header: it is left out");
+        LoadWarning { place: FilePosition::line(file_name, *line), message }
+    });
+    warning.into_iter().collect()
+}
+
+/// Reads the textures, each as a white material's.
+fn read_textures(
+    header: &Header,
+    geometry: &mut Geometry,
+    side_files: &mut SideFiles<'_>,
+    file_name: &str,
+    warnings: &mut Vec<LoadWarning>,
+    memory: &mut LoadMemory,
+) -> Result<(), LoadError> {
+    for (name, line) in &header.textures {
+        let found = picture(std::slice::from_ref(name), side_files, folder_of(file_name), memory)?;
+        let mut warn = |message| {
+            warnings.push(LoadWarning { place: FilePosition::line(file_name, *line), message });
+        };
+        if let Some(note) = found.note {
+            warn(note);
+        }
+        let texture =
+            found.texture.map_err(|reason| warn(format!("texture {name:?} {reason}: it is left out")));
+        let kd = if texture.is_ok() { DVec3::ONE } else { Material::default().kd };
+        let name = name.clone();
+        geometry.mesh.materials.push(Material { kd, name, ..Material::default() });
+        geometry.textures.push(texture.ok().map(Arc::new));
+    }
+    Ok(())
 }
 
 /// Returns the bytes for reading a header: its text, split and kept.
 fn header_bytes(bytes: &[u8]) -> u64 {
     let end = b"end_header";
-    let length = bytes.windows(end.len()).position(|w| w == end).unwrap_or(bytes.len());
+    let length = bytes.windows(end.len()).position(|w| w.eq_ignore_ascii_case(end)).unwrap_or(bytes.len());
     40 * length as u64 + 4096
-}
-
-/// A file's bytes, counted as they are read. After the last one comes a line end, which a text may
-/// lack.
-struct Counted<'a> {
-    bytes: &'a [u8],
-    at: &'a Cell<usize>,
-    is_ended: bool,
-    cancel: &'a CancelToken,
-}
-
-impl Read for Counted<'_> {
-    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
-        let piece = self.fill_buf()?;
-        let count = piece.len().min(out.len());
-        out[..count].copy_from_slice(&piece[..count]);
-        self.consume(count);
-        Ok(count)
-    }
-}
-
-impl BufRead for Counted<'_> {
-    fn fill_buf(&mut self) -> io::Result<&[u8]> {
-        if self.cancel.is_cancelled() {
-            return Err(io::Error::other("reading was given up"));
-        }
-        Ok(match self.bytes.get(self.at.get()..) {
-            Some(rest) if !rest.is_empty() => rest,
-            _ if self.is_ended => &[],
-            _ => b"\n",
-        })
-    }
-
-    fn consume(&mut self, count: usize) {
-        match self.at.get() < self.bytes.len() {
-            true => self.at.set(self.at.get() + count),
-            false => self.is_ended |= count > 0,
-        }
-    }
-}
-
-/// Places of errors in a file: lines of a text, bytes of a binary file.
-struct Places<'a> {
-    bytes: &'a [u8],
-    file_name: &'a str,
-    is_text: bool,
-}
-
-impl Places<'_> {
-    /// Returns an error at the byte `at`, up to which the file was read.
-    fn refuse(&self, at: usize, kind: LoadErrorKind) -> LoadError {
-        if !self.is_text {
-            return LoadError::new(FilePosition::byte(self.file_name, at as u64), kind);
-        }
-        // The line end after the last word belongs to its line.
-        let before = &self.bytes[..at.saturating_sub(1).min(self.bytes.len())];
-        let line = before.iter().filter(|b| **b == b'\n').count() + 1;
-        LoadError::new(FilePosition::line(self.file_name, u32::try_from(line).unwrap_or(u32::MAX)), kind)
-    }
 }

@@ -1,233 +1,203 @@
-//! Rows of a PLY file, as `serde-ply` gives them: each row is a map from property names to numbers
-//! and lists, in the header's order.
+//! Rows of a PLY file's elements.
+//!
+//! In: a reader at an element's first row. Out: the known properties of all rows; the others are
+//! passed over. A vertex whose position is not finite keeps its index and is marked; a row that ends
+//! early is one that is left out.
 
+use super::header::{Element, Property};
+use super::reader::Reader;
+use crate::load::defects::Defects;
+use crate::load::error::short;
+use crate::load::{LoadError, LoadErrorKind, LoadMemory};
 use glam::{DVec2, DVec3, DVec4};
-use serde::de::{
-    Deserialize, DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor,
-};
-use serde_ply::{DeserializeError, PlyReader};
-use std::cell::Cell;
-use std::fmt;
-use std::io::BufRead;
-use std::marker::PhantomData;
 use std::ops::Range;
+
+/// Rows between two looks at the token that cancels.
+const ROWS_AT_ONCE: u64 = 4096;
+/// The colour of a splat is 1/2 + this times its coefficient of degree 0: 1 / (2 sqrt(pi)).
+const HARMONIC: f64 = 0.282_094_791_773_878_14;
+/// Colours of real types above this are bytes.
+const MOST_REAL: f64 = 1.001;
+
+/// Defects of the rows of a file, by kind.
+#[derive(Default)]
+pub(super) struct RowDefects {
+    /// Lines with more values than their row.
+    pub(super) long: Defects,
+    /// Rows with fewer values than properties.
+    pub(super) cut: Defects,
+    /// Positions that are not finite.
+    pub(super) positions: Defects,
+    /// Other attributes that are not finite.
+    pub(super) attributes: Defects,
+}
 
 /// Rows of one kind, to which each row read is added.
 pub(super) trait Rows {
-    /// Reads one row; `at` counts the bytes read.
-    fn row<'de, M: MapAccess<'de>>(&mut self, map: M, at: &Cell<usize>) -> Result<(), M::Error>;
-}
-
-/// Reads the rows of a reader's next element.
-pub(super) fn read<R: BufRead>(
-    reader: &mut PlyReader<R>,
-    rows: &mut impl Rows,
-    at: &Cell<usize>,
-) -> Result<(), DeserializeError> {
-    reader.deserialize_map(Element { rows, at })
-}
-
-/// Visitor of an element, of its rows, and of a row.
-struct Element<'a, T> {
-    rows: &'a mut T,
-    at: &'a Cell<usize>,
-}
-
-impl<'de, T: Rows> Visitor<'de> for Element<'_, T> {
-    type Value = ();
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("an element")
-    }
-
-    fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<(), M::Error> {
-        map.next_value_seed(All(self))
-    }
-}
-
-struct All<'a, T>(Element<'a, T>);
-
-impl<'de, T: Rows> DeserializeSeed<'de> for All<'_, T> {
-    type Value = ();
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
-        deserializer.deserialize_seq(self)
-    }
-}
-
-impl<'de, T: Rows> Visitor<'de> for All<'_, T> {
-    type Value = ();
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("rows")
-    }
-
-    fn visit_seq<S: SeqAccess<'de>>(self, mut rows: S) -> Result<(), S::Error> {
-        let Element { rows: all, at } = self.0;
-        while rows.next_element_seed(One(Element { rows: &mut *all, at }))?.is_some() {}
-        Ok(())
-    }
-}
-
-struct One<'a, T>(Element<'a, T>);
-
-impl<'de, T: Rows> DeserializeSeed<'de> for One<'_, T> {
-    type Value = ();
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
-        deserializer.deserialize_map(self)
-    }
-}
-
-impl<'de, T: Rows> Visitor<'de> for One<'_, T> {
-    type Value = ();
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("a row")
-    }
-
-    fn visit_map<M: MapAccess<'de>>(self, map: M) -> Result<(), M::Error> {
-        self.0.rows.row(map, self.0.at)
-    }
-}
-
-/// Names of a set of properties; a name's number is its place.
-trait Names {
+    /// Names of the known properties, in lower case; a name's slot is its place.
     const NAMES: &'static [&'static [&'static str]];
+
+    /// Prepares for an element with these properties, each with its slot.
+    fn begin(&mut self, _properties: &[(Option<usize>, &Property)]) {}
+
+    /// Takes a number of a known property, or of its list.
+    fn take(&mut self, slot: usize, value: f64);
+
+    /// Ends a row, which began at this place; `is_whole` is false if it ended early.
+    fn end(&mut self, reader: &Reader, place: u64, is_whole: bool, defects: &mut RowDefects);
 }
 
-/// Number of a property among the known ones; `None` for others.
-struct Known<N>(Option<usize>, PhantomData<N>);
-
-impl<'de, N: Names> Deserialize<'de> for Known<N> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Name<N>(PhantomData<N>);
-        impl<N: Names> Visitor<'_> for Name<N> {
-            type Value = Known<N>;
-
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("the name of a property")
+/// Reads the rows of an element.
+///
+/// # Errors
+/// If the file ends before its rows do, a list has no length, or `memory` is cancelled.
+pub(super) fn read<R: Rows>(
+    reader: &mut Reader,
+    element: &Element,
+    rows: &mut R,
+    defects: &mut RowDefects,
+    memory: &LoadMemory,
+) -> Result<(), LoadError> {
+    let slot_of = |p: &Property| R::NAMES.iter().position(|names| names.contains(&p.name.as_str()));
+    let properties: Vec<_> = element.properties.iter().map(|p| (slot_of(p), p)).collect();
+    rows.begin(&properties);
+    for number in 0..element.count {
+        reader.begin_row();
+        let place = reader.place();
+        let refuse = |reader: &Reader, kind| LoadError::new(reader.position(place), kind);
+        if number.is_multiple_of(ROWS_AT_ONCE) {
+            memory.check_cancelled().map_err(|kind| refuse(reader, kind))?;
+        }
+        let is_whole = row(reader, &properties, rows).map_err(|kind| refuse(reader, kind))?;
+        if !is_whole {
+            let name = short(&element.name);
+            if !reader.has_row_each() {
+                let count = element.count;
+                let reason = format!("the file ends in row {} of {count} of {name:?}", number + 1);
+                let kind = LoadErrorKind::Undecodable { format: "PLY", reason };
+                return Err(refuse(reader, kind));
             }
+            let reason = format!("a row of {name:?} with fewer values than its properties take");
+            defects.cut.note(|| refuse(reader, LoadErrorKind::Undecodable { format: "PLY", reason }));
+        }
+        rows.end(reader, place, is_whole, defects);
+        if reader.end_row() && is_whole {
+            let reason =
+                || format!("a row of {:?} with more values than its properties take", short(&element.name));
+            defects
+                .long
+                .note(|| refuse(reader, LoadErrorKind::Undecodable { format: "PLY", reason: reason() }));
+        }
+    }
+    Ok(())
+}
 
-            fn visit_bytes<E: Error>(self, name: &[u8]) -> Result<Known<N>, E> {
-                let is = |known: &&[&str]| known.iter().any(|k| k.as_bytes() == name);
-                Ok(Known(N::NAMES.iter().position(is), PhantomData))
+/// Reads one row. Returns false if it ends early.
+fn row(
+    reader: &mut Reader,
+    properties: &[(Option<usize>, &Property)],
+    rows: &mut impl Rows,
+) -> Result<bool, LoadErrorKind> {
+    for (slot, property) in properties {
+        let count = match property.length {
+            None => 1,
+            Some(length) => match reader.length(length, property.scalar)? {
+                Some(count) => count,
+                None => return Ok(false),
+            },
+        };
+        for _ in 0..count {
+            let Some(value) = reader.number(property.scalar) else { return Ok(false) };
+            if let Some(slot) = slot {
+                rows.take(*slot, value);
             }
         }
-        deserializer.deserialize_any(Name(PhantomData))
     }
-}
-
-/// A finite number, and the largest of its type if that has whole numbers, else 1.
-#[derive(Clone, Copy, Debug)]
-struct Number {
-    value: f64,
-    full: f64,
-}
-
-impl Number {
-    /// Returns the number as a part of the largest one.
-    fn part(self) -> f64 {
-        (self.value / self.full).clamp(0.0, 1.0)
-    }
-}
-
-impl<'de> Deserialize<'de> for Number {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Any;
-        fn whole<E>(value: impl Into<f64>, full: impl Into<f64>) -> Result<Number, E> {
-            Ok(Number { value: value.into(), full: full.into() })
-        }
-        impl Visitor<'_> for Any {
-            type Value = Number;
-
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a number")
-            }
-
-            fn visit_i8<E>(self, v: i8) -> Result<Number, E> {
-                whole(v, i8::MAX)
-            }
-
-            fn visit_u8<E>(self, v: u8) -> Result<Number, E> {
-                whole(v, u8::MAX)
-            }
-
-            fn visit_i16<E>(self, v: i16) -> Result<Number, E> {
-                whole(v, i16::MAX)
-            }
-
-            fn visit_u16<E>(self, v: u16) -> Result<Number, E> {
-                whole(v, u16::MAX)
-            }
-
-            fn visit_i32<E>(self, v: i32) -> Result<Number, E> {
-                whole(v, i32::MAX)
-            }
-
-            fn visit_u32<E>(self, v: u32) -> Result<Number, E> {
-                whole(v, u32::MAX)
-            }
-
-            fn visit_f64<E: Error>(self, value: f64) -> Result<Number, E> {
-                match value.is_finite() {
-                    true => Ok(Number { value, full: 1.0 }),
-                    false => Err(E::custom(format_args!("expected a finite number, found {value}"))),
-                }
-            }
-        }
-        deserializer.deserialize_any(Any)
-    }
-}
-
-/// Reads a list of numbers: each is given to the function.
-struct Items<F>(F);
-
-impl<'de, F: FnMut(Number) -> Result<(), &'static str>> DeserializeSeed<'de> for Items<F> {
-    type Value = ();
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
-        deserializer.deserialize_any(self)
-    }
-}
-
-impl<'de, F: FnMut(Number) -> Result<(), &'static str>> Visitor<'de> for Items<F> {
-    type Value = ();
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("a list")
-    }
-
-    fn visit_seq<S: SeqAccess<'de>>(mut self, mut items: S) -> Result<(), S::Error> {
-        while let Some(number) = items.next_element()? {
-            self.0(number).map_err(S::Error::custom)?;
-        }
-        Ok(())
-    }
+    Ok(true)
 }
 
 /// Rows of an element that is left out.
 pub(super) struct Skipped;
 
 impl Rows for Skipped {
-    fn row<'de, M: MapAccess<'de>>(&mut self, mut map: M, _: &Cell<usize>) -> Result<(), M::Error> {
-        while map.next_entry::<IgnoredAny, IgnoredAny>()?.is_some() {}
-        Ok(())
-    }
+    const NAMES: &'static [&'static [&'static str]] = &[];
+
+    fn take(&mut self, _: usize, _: f64) {}
+
+    fn end(&mut self, _: &Reader, _: u64, _: bool, _: &mut RowDefects) {}
 }
 
+/// Returns the error for a number that is not finite.
+fn not_finite(reader: &Reader, place: u64, what: &'static str, values: &[f64]) -> LoadError {
+    let found = values.iter().find(|x| !x.is_finite()).map_or_else(String::new, f64::to_string);
+    LoadError::new(reader.position(place), LoadErrorKind::Number { what, found })
+}
+
+/// Slots of a vertex: position, normal, texture coordinate, colour, coefficients of a splat.
+const NORMAL: usize = 3;
+const TEXCOORD: usize = 6;
+const COLOR: usize = 8;
+const ALPHA: usize = 11;
+const SPLAT: usize = 12;
+const SLOTS: usize = 15;
+
 /// Attributes of the vertices; a list is empty if the properties are not there.
-#[derive(Default)]
 pub(super) struct Vertices {
     pub(super) positions: Vec<DVec3>,
     pub(super) normals: Vec<DVec3>,
     pub(super) texcoords: Vec<DVec2>,
     pub(super) colors: Vec<DVec4>,
+    /// Indices of the vertices whose positions are not finite, ascending.
+    pub(super) unusable: Vec<u32>,
+    /// Set if colours of a real type were above 1.
+    pub(super) has_bytes: bool,
+    /// Set if a vertex element has no x, y and z.
+    pub(super) lacks_positions: bool,
+    /// The row that is being read; a property that is not there is not finite.
+    values: [f64; SLOTS],
+    has: [bool; SLOTS],
+    full: [f64; SLOTS],
 }
 
-struct OfVertex;
+impl Default for Vertices {
+    fn default() -> Self {
+        Vertices {
+            positions: Vec::new(),
+            normals: Vec::new(),
+            texcoords: Vec::new(),
+            colors: Vec::new(),
+            unusable: Vec::new(),
+            has_bytes: false,
+            lacks_positions: false,
+            values: [f64::NAN; SLOTS],
+            has: [false; SLOTS],
+            full: [1.0; SLOTS],
+        }
+    }
+}
 
-impl Names for OfVertex {
+impl Vertices {
+    fn three(&self, first: usize) -> Option<[f64; 3]> {
+        let all = first..first + 3;
+        self.has[all.clone()]
+            .iter()
+            .all(|has| *has)
+            .then(|| std::array::from_fn(|i| self.values[all.start + i]))
+    }
+
+    /// Returns the colour of the row, if it has one.
+    fn color(&self) -> Option<DVec4> {
+        let part = |slot: usize| self.values[slot] / self.full[slot];
+        if self.three(COLOR).is_some() {
+            let alpha = if self.has[ALPHA] { part(ALPHA) } else { 1.0 };
+            return Some(DVec4::new(part(COLOR), part(COLOR + 1), part(COLOR + 2), alpha));
+        }
+        let rgb = self.three(SPLAT)?.map(|f| (0.5 + HARMONIC * f).clamp(0.0, 1.0));
+        Some(DVec3::from_array(rgb).extend(1.0))
+    }
+}
+
+impl Rows for Vertices {
     const NAMES: &'static [&'static [&'static str]] = &[
         &["x"],
         &["y"],
@@ -241,31 +211,57 @@ impl Names for OfVertex {
         &["green", "g", "diffuse_green"],
         &["blue", "b", "diffuse_blue"],
         &["alpha", "a", "diffuse_alpha"],
+        &["f_dc_0"],
+        &["f_dc_1"],
+        &["f_dc_2"],
     ];
-}
 
-impl Rows for Vertices {
-    fn row<'de, M: MapAccess<'de>>(&mut self, mut map: M, _: &Cell<usize>) -> Result<(), M::Error> {
-        let mut found = [None::<Number>; 12];
-        while let Some(Known::<OfVertex>(number, _)) = map.next_key()? {
-            match number {
-                Some(number) => found[number] = Some(map.next_value()?),
-                None => drop(map.next_value::<IgnoredAny>()?),
-            }
+    fn begin(&mut self, properties: &[(Option<usize>, &Property)]) {
+        (self.has, self.full) = ([false; SLOTS], [1.0; SLOTS]);
+        for (slot, property) in properties.iter().filter_map(|(slot, p)| Some(((*slot)?, p))) {
+            self.has[slot] = true;
+            self.full[slot] = property.scalar.full();
         }
-        let three = |first: usize| Some([found[first]?, found[first + 1]?, found[first + 2]?]);
-        let vector = |first| three(first).map(|v| DVec3::from_array(v.map(|n| n.value)));
-        let lacks = || M::Error::custom("a vertex has no x, y and z");
-        self.positions.push(vector(0).ok_or_else(lacks)?);
-        self.normals.extend(vector(3));
-        if let (Some(s), Some(t)) = (found[6], found[7]) {
-            self.texcoords.push(DVec2::new(s.value, t.value));
+        self.lacks_positions |= self.three(0).is_none();
+    }
+
+    fn take(&mut self, slot: usize, value: f64) {
+        self.values[slot] = value;
+    }
+
+    fn end(&mut self, reader: &Reader, place: u64, is_whole: bool, defects: &mut RowDefects) {
+        let position = self.three(0).map_or(DVec3::NAN, DVec3::from_array);
+        let usable = is_whole && position.is_finite();
+        if is_whole && !usable {
+            defects.positions.note(|| not_finite(reader, place, "a position", &position.to_array()));
         }
-        if let Some(rgb) = three(8) {
-            let rgb = DVec3::from_array(rgb.map(Number::part));
-            self.colors.push(rgb.extend(found[11].map_or(1.0, Number::part)));
+        if !usable {
+            self.unusable.push(self.positions.len() as u32);
         }
-        Ok(())
+        self.positions.push(if usable { position } else { DVec3::ZERO });
+        let mut is_finite = true;
+        if let Some(normal) = self.three(NORMAL).map(DVec3::from_array) {
+            is_finite &= normal.is_finite();
+            self.normals.push(if normal.is_finite() { normal } else { DVec3::ZERO });
+        }
+        if self.has[TEXCOORD] && self.has[TEXCOORD + 1] {
+            let uv = DVec2::new(self.values[TEXCOORD], self.values[TEXCOORD + 1]);
+            is_finite &= uv.is_finite();
+            self.texcoords.push(if uv.is_finite() { uv } else { DVec2::ZERO });
+        }
+        if let Some(color) = self.color() {
+            is_finite &= color.is_finite();
+            let color = if color.is_finite() { color } else { DVec4::ONE };
+            self.has_bytes |= self.full[COLOR] == 1.0 && color.max_element() > MOST_REAL;
+            self.colors.push(color);
+        }
+        if usable && !is_finite {
+            let values = self.values;
+            defects
+                .attributes
+                .note(|| not_finite(reader, place, "an attribute of a vertex", &values[NORMAL..]));
+        }
+        self.values = [f64::NAN; SLOTS];
     }
 }
 
@@ -277,20 +273,34 @@ pub(super) struct Lists {
     pub(super) indices: Vec<i64>,
     /// Texture coordinates of all rows.
     pub(super) texcoords: Vec<DVec2>,
+    /// Set if colours of a real type were above 1.
+    pub(super) has_bytes: bool,
+    /// Rows that were in the file, those left out included.
+    pub(super) count: u64,
+    /// First number of a pair of texture coordinates.
+    s: Option<f64>,
+    color: [f64; 4],
+    full: [f64; 4],
+    texture: f64,
 }
 
 /// One row: ranges of the lists, and what it has of its own.
 pub(super) struct List {
-    /// Byte at which the row ends.
-    pub(super) at: usize,
+    /// Place of the row.
+    pub(super) place: u64,
     pub(super) indices: Range<usize>,
     pub(super) texcoords: Range<usize>,
     pub(super) color: Option<DVec4>,
+    /// Number of its texture.
+    pub(super) texture: usize,
 }
 
-struct OfList;
+/// Returns a number as a vertex index; one that is no whole number is out of every range.
+fn index(value: f64) -> i64 {
+    if value.fract() == 0.0 && value.abs() < 1e15 { value as i64 } else { i64::MIN }
+}
 
-impl Names for OfList {
+impl Rows for Lists {
     const NAMES: &'static [&'static [&'static str]] = &[
         &["vertex_indices", "vertex_index"],
         &["texcoord"],
@@ -298,75 +308,72 @@ impl Names for OfList {
         &["green", "diffuse_green"],
         &["blue", "diffuse_blue"],
         &["alpha", "diffuse_alpha"],
+        &["texnumber"],
     ];
-}
 
-/// Returns a vertex index.
-fn index(number: Number) -> Result<i64, &'static str> {
-    match number.full > 1.0 {
-        true => Ok(number.value as i64),
-        false => Err("a vertex index must be of a whole-number type"),
-    }
-}
-
-impl Rows for Lists {
-    fn row<'de, M: MapAccess<'de>>(&mut self, mut map: M, at: &Cell<usize>) -> Result<(), M::Error> {
-        let (indices, texcoords) = (self.indices.len(), self.texcoords.len());
-        let mut color = [None::<Number>; 4];
-        while let Some(Known::<OfList>(number, _)) = map.next_key()? {
-            match number {
-                Some(0) => {
-                    map.next_value_seed(Items(|n| index(n).map(|i| self.indices.push(i))))?;
-                }
-                Some(1) => {
-                    let mut before = None;
-                    map.next_value_seed(Items(|n: Number| {
-                        match before.take() {
-                            Some(s) => self.texcoords.push(DVec2::new(s, n.value)),
-                            None => before = Some(n.value),
-                        }
-                        Ok(())
-                    }))?;
-                }
-                Some(number) => color[number - 2] = Some(map.next_value()?),
-                None => drop(map.next_value::<IgnoredAny>()?),
+    fn begin(&mut self, properties: &[(Option<usize>, &Property)]) {
+        self.full = [1.0; 4];
+        for (slot, property) in properties {
+            if let Some(slot @ 2..6) = slot {
+                self.full[slot - 2] = property.scalar.full();
             }
         }
-        let color = match color {
-            [Some(r), Some(g), Some(b), a] => {
-                Some(DVec4::new(r.part(), g.part(), b.part(), a.map_or(1.0, Number::part)))
-            }
-            _ => None,
-        };
-        let (indices, texcoords) = (indices..self.indices.len(), texcoords..self.texcoords.len());
-        self.rows.push(List { at: at.get(), indices, texcoords, color });
-        Ok(())
+        (self.color, self.texture) = ([f64::NAN, f64::NAN, f64::NAN, self.full[3]], 0.0);
+    }
+
+    fn take(&mut self, slot: usize, value: f64) {
+        match slot {
+            0 => self.indices.push(index(value)),
+            1 => match self.s.take() {
+                None => self.s = Some(value),
+                Some(s) => self.texcoords.push(DVec2::new(s, value)),
+            },
+            2..6 => self.color[slot - 2] = value,
+            _ => self.texture = value,
+        }
+    }
+
+    fn end(&mut self, _: &Reader, place: u64, is_whole: bool, _: &mut RowDefects) {
+        let begun = self.rows.last().map_or((0, 0), |row| (row.indices.end, row.texcoords.end));
+        self.s = None;
+        self.count += 1;
+        if !is_whole {
+            self.indices.truncate(begun.0);
+            self.texcoords.truncate(begun.1);
+            return;
+        }
+        let (indices, texcoords) = (begun.0..self.indices.len(), begun.1..self.texcoords.len());
+        let color: [f64; 4] = std::array::from_fn(|i| self.color[i] / self.full[i]);
+        let color = Some(DVec4::from_array(color)).filter(|c| c.is_finite());
+        self.has_bytes |= self.full[0] == 1.0 && color.is_some_and(|c| c.max_element() > MOST_REAL);
+        let texture = if self.texture >= 0.0 { self.texture as usize } else { 0 };
+        self.rows.push(List { place, indices, texcoords, color, texture });
     }
 }
 
-/// Edges: the byte at which each row ends, and its two vertices.
+/// Edges: the place of each row, and its two vertices.
 #[derive(Default)]
-pub(super) struct Edges(pub(super) Vec<(usize, [i64; 2])>);
-
-struct OfEdge;
-
-impl Names for OfEdge {
-    const NAMES: &'static [&'static [&'static str]] = &[&["vertex1"], &["vertex2"]];
+pub(super) struct Edges {
+    pub(super) rows: Vec<(u64, [i64; 2])>,
+    pub(super) count: u64,
+    ends: [i64; 2],
 }
 
 impl Rows for Edges {
-    fn row<'de, M: MapAccess<'de>>(&mut self, mut map: M, at: &Cell<usize>) -> Result<(), M::Error> {
-        let mut ends = [None; 2];
-        while let Some(Known::<OfEdge>(number, _)) = map.next_key()? {
-            match number {
-                Some(number) => ends[number] = Some(index(map.next_value()?).map_err(M::Error::custom)?),
-                None => drop(map.next_value::<IgnoredAny>()?),
-            }
+    const NAMES: &'static [&'static [&'static str]] = &[&["vertex1"], &["vertex2"]];
+
+    fn begin(&mut self, _: &[(Option<usize>, &Property)]) {
+        self.ends = [i64::MIN; 2];
+    }
+
+    fn take(&mut self, slot: usize, value: f64) {
+        self.ends[slot] = index(value);
+    }
+
+    fn end(&mut self, _: &Reader, place: u64, is_whole: bool, _: &mut RowDefects) {
+        self.count += 1;
+        if is_whole {
+            self.rows.push((place, self.ends));
         }
-        let [Some(a), Some(b)] = ends else {
-            return Err(M::Error::custom("an edge has no vertex1 and vertex2"));
-        };
-        self.0.push((at.get(), [a, b]));
-        Ok(())
     }
 }

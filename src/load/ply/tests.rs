@@ -3,7 +3,7 @@
 use super::*;
 use crate::memory::MemoryBudget;
 use crate::scene::{Mesh, NONE};
-use glam::{DVec2, DVec3, DVec4};
+use glam::{DVec2, DVec3, DVec4, Vec3Swizzles};
 
 const XYZ: &str = "property float x\nproperty float y\nproperty float z\n";
 
@@ -121,42 +121,41 @@ fn broken_files_are_refused_with_place_and_reason() {
     let face = format!("element face 1\n{FACES}");
     let vertices = format!("element vertex 4000000000\n{XYZ}");
     for (text, expected) in [
-        ("ply\n".to_owned(), "m.ply:1: not a readable PLY: Unexpected end of file"),
-        (text("element vertex x\n", ""), "m.ply:4: not a readable PLY: Invalid element count: x"),
+        ("ply\n".to_owned(), "m.ply:1: not a readable PLY: the header has no end_header"),
+        (text("element vertex x\n", ""), "m.ply:4: expected a number of rows, found \"element vertex x\""),
         (
             text("element vertex 1\nproperty half x\n", ""),
-            "m.ply:5: not a readable PLY: Unknown scalar type: half",
+            "m.ply:5: expected property TYPE NAME or property list TYPE TYPE NAME, found \"property half x\"",
         ),
-        (text("property float x\n", ""), "m.ply:4: not a readable PLY: Property without element"),
+        (
+            text("property float x\n", ""),
+            "m.ply:4: expected an element before its properties, found \"property float x\"",
+        ),
         (
             text(&vertices, "0 0 0\n"),
-            "m.ply:8: not a readable PLY: 4000000000 rows of \"vertex\" need 24000000000 bytes or more, and 6 are left",
+            "m.ply:9: not a readable PLY: 4000000000 rows of \"vertex\" need 8000000000 bytes or more, and 6 are left",
         ),
         (
             text("element vertex 9\n", "0 0 0\n"),
-            "m.ply:5: not a readable PLY: the 9 rows of \"vertex\" have no properties",
+            "m.ply:6: not a readable PLY: the 9 rows of \"vertex\" have no properties",
         ),
         (square(&face, "3 0 1 4\n"), "m.ply:15: vertex index 4 names none of the 4 there are"),
         (square(&face, "3 0 -1 2\n"), "m.ply:15: vertex index -1 names none of the 4 there are"),
-        (square(&face, "-3 0 1 2\n"), "m.ply:15: not a readable PLY: Failed to parse u8 from ASCII"),
-        (square(&face, "200 0 1 2\n"), "m.ply:15: not a readable PLY: failed to fill whole buffer"),
-        (square(&face, "3 0 one 2\n"), "m.ply:15: not a readable PLY: Failed to parse i32 from ASCII"),
-        // More values than the header has are read as the next row; a line may be of whole rows.
         (
-            square(&face.replace("face 1", "face 3"), "3 0 1 2\n3 0 2 3 9 1 1\n3 0 1 2\n"),
-            "m.ply:16: not a readable PLY: a row of \"face\" with 7 values, and its properties take 4 of them",
+            square(&face, "3 0 one 2\n"),
+            "m.ply:15: a vertex index must be a finite number, found \"another word\"",
         ),
         (
-            square(&face.replace("face 1", "face 3"), "3 0 1 2\n3 0 1 3 3 0 one 2\n"),
-            "m.ply:16: not a readable PLY: Failed to parse i32 from ASCII",
+            square(&face, "200 0 1 2\n"),
+            "m.ply:15: not a readable PLY: a row of \"face\" with fewer values than its properties take",
         ),
         (
-            square("", "").replace("1 1 0", "1 inf 0"),
-            "m.ply:11: not a readable PLY: expected a finite number, found inf",
+            square(&face.replace("face 1", "face 3"), "3 0 1 2\n"),
+            "m.ply:16: not a readable PLY: the file ends in row 2 of 3 of \"face\"",
         ),
         (
             text("element vertex 1\nproperty float x\n", "1\n"),
-            "m.ply:7: not a readable PLY: a vertex has no x, y and z",
+            "m.ply: not a readable PLY: a vertex has no x, y and z",
         ),
     ] {
         let found = load(&text).map(|l| l.geometry.mesh.corners.len()).unwrap_err();
@@ -173,11 +172,131 @@ fn broken_files_are_refused_with_place_and_reason() {
         )
     );
     bytes.extend(f32::NAN.to_le_bytes());
-    let end = start + 12;
     assert_eq!(
         load(&bytes).unwrap_err(),
-        format!("m.ply:byte {end}: not a readable PLY: expected a finite number, found NaN")
+        format!("m.ply:byte {start}: a position must be a finite number, found \"NaN\"")
     );
+}
+
+#[test]
+fn rows_that_cannot_be_used_are_left_out_and_counted() {
+    let faces = format!("element face 3\n{FACES}");
+    for (text, [polygons, points], said) in [
+        (
+            square("", "").replace("1 1 0", "1 inf 0"),
+            [0, 3],
+            "m.ply:11: warning: a position must be a finite number, found \"inf\": the vertex and what uses it are left out",
+        ),
+        (square("", "").replace("1 1 0", "-1.#IND nan 0"), [0, 3], ""),
+        (square(&faces, "3 0 1 2\n3 0 1 2\n3 0 1 3\n").replace("1 1 0", "1 inf 0"), [1, 0], ""),
+        (
+            square(&faces, "3 0 1 2\n3 0 1 4\n3 0 1 -5\n"),
+            [1, 0],
+            "m.ply:16: warning: vertex index 4 names none of the 4 there are: its row is left out, 2 times in all",
+        ),
+        // A line that is longer or shorter than its row, and one with a comment.
+        (
+            square(&faces, "3 0 1 2\n3 0 2 3 9 1 1\n3 0 1 2\n"),
+            [3, 0],
+            "m.ply:16: warning: not a readable PLY: a row of \"face\" with more values than its properties take: they are left out",
+        ),
+        (square(&faces, "3 0 1 2\n3 0 2\n3 0 1 2\n"), [2, 0], ""),
+        (square(&faces, "3 0 1 2\n-3 0 2 3\n3 0 1 2\n"), [2, 0], ""),
+        (square("", "").replace("1 0 0\n", "1 0 0 7 8\n"), [0, 4], ""),
+        (square("", "").replace("1 0 0\n", "1 0\n"), [0, 3], ""),
+    ] {
+        let loaded = load(&text).unwrap_or_else(|e| panic!("{e}\n{text}"));
+        let mesh = &loaded.geometry.mesh;
+        assert_eq!([mesh.polygons.len(), mesh.points.len()], [polygons, points], "{text}");
+        assert_eq!(loaded.warnings.len(), 1, "{text}\n{:?}", loaded.warnings);
+        assert!(said.is_empty() || loaded.warnings[0].to_string() == said, "{}", loaded.warnings[0]);
+        assert!(mesh.bounds().unwrap().1.max_element() <= 1.0, "{text}");
+    }
+}
+
+#[test]
+fn spellings_of_real_programs_are_read_without_a_warning() {
+    let plain = square(&format!("element face 2\n{FACES}"), "3 0 1 2\n3 0 2 3\n");
+    let upper = plain.replace("ply", "PLY").replace("element", "ELEMENT").replace("format", "Format");
+    let commented = plain.replace("1 1 0\n", "comment of a row\n\n1 1 0\n# another\n");
+    // Rows in one line, and a row in several.
+    let joined = plain.replace("1 0 0\n1 1 0\n", "1 0 0 1 1 0\n");
+    let parted = plain.replace("3 0 2 3", "3 0\n2 3");
+    let named = plain
+        .replace("vertex 4", "VERTEX 4")
+        .replace("float x", "FLOAT X")
+        .replace("uchar int", "uint8 int64");
+    for text in [
+        plain.clone(),
+        format!("\u{feff}{plain}"),
+        plain.replace('\n', "\r"),
+        plain.replace('\n', "\r\n"),
+        upper,
+        commented,
+        joined,
+        parted,
+        named,
+        plain.trim_end().to_owned(),
+        plain.replace("comment made by hand", "obj_info made by hand"),
+    ] {
+        let loaded = load(&text).unwrap_or_else(|e| panic!("{e}\n{text:?}"));
+        assert!(loaded.warnings.is_empty(), "{text:?}\n{:?}", loaded.warnings);
+        assert_eq!(loaded.geometry.mesh, mesh(&plain), "{text:?}");
+    }
+    // The first byte of binary rows is no line end, whatever it is.
+    for end in ["\n", "\r", "\r\n"] {
+        let header = format!("ply\nformat binary_big_endian 1.0\nelement vertex 1\n{XYZ}end_header\n");
+        let mut bytes = header.replace('\n', end).into_bytes();
+        let start = bytes.len();
+        bytes.extend([1.0_f32; 3].iter().flat_map(|x| x.to_be_bytes()));
+        bytes[start + 3] = b'\n';
+        let x = f32::from_be_bytes([bytes[start], bytes[start + 1], bytes[start + 2], b'\n']);
+        assert_eq!(mesh_of(&bytes).positions[0], DVec3::new(f64::from(x), 1.0, 1.0), "{end:?}");
+        bytes[start] = b'\n';
+        assert_eq!(mesh_of(&bytes).positions[0].yz(), DVec2::ONE, "{end:?}");
+    }
+}
+
+#[test]
+fn colors_of_splats_and_of_bytes_in_real_types_are_seen() {
+    let colors = |properties: &str, row: &str| {
+        let names = properties.split(' ').map(|name| format!("property float {name}\n")).collect::<String>();
+        let loaded =
+            load(text(&format!("element vertex 1\n{XYZ}{names}"), &format!("0 0 0 {row}\n"))).unwrap();
+        (loaded.geometry.mesh.colors[0].truncate(), loaded.warnings.len())
+    };
+    let (splat, warned) = colors("f_dc_0 f_dc_1 f_dc_2 opacity", "0 1 -9 3");
+    assert!((splat - DVec3::new(0.5, 0.5 + 0.282_094_791_773_878_14, 0.0)).length() < 1e-15, "{splat}");
+    assert_eq!(warned, 0);
+    assert_eq!(colors("red green blue", "255 51 0"), (DVec3::new(1.0, 0.2, 0.0), 1));
+    assert_eq!(colors("red green blue", "1 0.2 0"), (DVec3::new(1.0, 0.2, 0.0), 0));
+}
+
+#[test]
+fn the_texture_that_a_comment_names_is_shown() {
+    let faces = format!("element face 1\n{FACES}property list uchar float texcoord\n");
+    let plain = square(&faces, "3 0 1 2 6 0 0 1 0 1 1\n");
+    let named =
+        |name: &str| plain.replacen("comment made by hand", &format!("comment TextureFile {name}"), 1);
+    let read = |text: &str| {
+        let mut beside = |name: &str| (name == "t/a b.ppm").then(|| b"P6 1 1 255\n\x01\x02\x03".to_vec());
+        let memory = &mut LoadMemory::unlimited();
+        let loaded = parse_textured(text.as_bytes(), &mut beside, "m.ply", memory, Smoothing::Indices);
+        let loaded = loaded.unwrap();
+        let warnings: Vec<String> = loaded.warnings.iter().map(LoadWarning::to_string).collect();
+        (loaded.geometry, warnings)
+    };
+    let (geometry, said) = read(&named("t\\a b.ppm"));
+    assert_eq!(said, [""; 0]);
+    assert_eq!(geometry.textures[0].as_ref().unwrap().bytes(), [1, 2, 3, 255]);
+    assert_eq!((geometry.mesh.polygons[0].material, geometry.mesh.materials[0].kd), (0, DVec3::ONE));
+    let (geometry, said) = read(&named("D:\\w\\t\\a b.ppm"));
+    assert!(geometry.textures[0].is_some() && said[0].contains("of another machine"), "{said:?}");
+    let (geometry, said) = read(&named("gone.png"));
+    assert!(geometry.textures[0].is_none());
+    assert_eq!(said, ["m.ply:3: warning: texture \"gone.png\" cannot be found: it is left out"]);
+    let (_, said) = read(&square("", "").replacen("comment made by hand", "comment TextureFile a.png", 1));
+    assert_eq!(said, ["m.ply: warning: its texture is not shown: there are no texture coordinates"]);
 }
 
 #[test]

@@ -55,7 +55,8 @@ fn spellings_of_real_programs_are_read() {
     let two =
         load(format!("solid a\n{FACET}endsolid a\nbetween\nsolid b\n{FACET}{FACET}endsolid b\n")).unwrap();
     assert_eq!(two.geometry.mesh.triangles.len(), 3);
-    assert_eq!(warnings(&two), ["m.stl:10: warning: text outside of a solid is left out"]);
+    let stray = "m.stl:10: warning: expected a keyword of STL, found \"between\": other words of its line are left out";
+    assert_eq!(warnings(&two), [stray]);
     let none = load("solid nothing\nendsolid nothing").unwrap();
     assert_eq!(warnings(&none), ["m.stl: warning: no facets: nothing is drawn"]);
 }
@@ -76,19 +77,19 @@ fn equal_positions_are_one_vertex_of_a_smooth_surface() {
 #[test]
 fn broken_files_are_refused_with_place_and_reason() {
     for (text, expected) in [
-        (format!("solid a\n{FACET}"), "m.stl:8: not a readable STL: EOF while expecting facet or endsolid."),
         (
             format!("solid a\n{FACET}endsolid a").replace("1 0 0\n", "1 0 nan\n"),
-            "m.stl:5: not a readable STL: expected finite f32, got NaN which is Nan",
-        ),
-        (
-            format!("solid a\n{FACET}endsolid a").replace("outer", "inner"),
-            "m.stl:3: not a readable STL: expected [\"outer\", \"loop\"], got [\"inner\", \"loop\"]",
+            "m.stl:5: a facet's corner must be a finite number, found \"nan\"",
         ),
         (
             format!("solid a\n\n{FACET}endsolid a").replace("vertex 0 1 0", "vertex 0 1"),
-            "m.stl:7: not a readable STL: vertex f32 f32 f32, got [\"vertex\", \"0\", \"1\"]",
+            "m.stl:7: a facet's corner must be a finite number, found \"endloop\"",
         ),
+        (
+            "solid a\nfacet normal 0 0 1\nvertex 0 0 0\nvertex 1 0 0\nendfacet".into(),
+            "m.stl:2: expected 3 corners in a facet, found \"2\"",
+        ),
+        ("hello\nworld".into(), "m.stl:1: expected a keyword of STL, found \"hello\""),
     ] {
         assert_eq!(load(text).unwrap_err(), expected);
     }
@@ -103,8 +104,8 @@ fn broken_files_are_refused_with_place_and_reason() {
             "m.stl:byte 80: not a readable STL: 4294967295 facets need 214748364834 bytes, and the file has 144",
         ),
         (
-            binary(2, &[RIGHT, [f32::INFINITY; 9]]),
-            "m.stl:byte 134: a facet's corner must be a finite number, found \"inf\"",
+            binary(1, &[[f32::INFINITY; 9]]),
+            "m.stl:byte 84: a facet's corner must be a finite number, found \"inf\"",
         ),
     ] {
         assert_eq!(load(bytes).unwrap_err(), expected);
@@ -114,6 +115,47 @@ fn broken_files_are_refused_with_place_and_reason() {
         warnings(&long),
         ["m.stl:byte 134: warning: 10 bytes after the last of 1 facets are left out"]
     );
+}
+
+#[test]
+fn what_programs_write_is_read_and_what_is_odd_is_warned_of() {
+    let one_line = format!("solid a b {FACET}{FACET} endsolid a").replace('\n', " ");
+    let several = format!("{one_line} solid c {} endsolid", FACET.replace('\n', " "));
+    for (text, facets, warned) in [
+        (format!("\u{feff}solid a\n{FACET}endsolid a"), 1, 0),
+        (format!("solid a\r{}endsolid a\r", FACET.replace('\n', "\r")), 1, 0),
+        (one_line, 2, 0),
+        (several, 3, 0),
+        (format!("solid a\n{FACET}"), 1, 1),
+        (format!("solid a\n{FACET}{}", &FACET[..60]), 1, 2),
+        (format!("solid a\n{}", FACET.trim_end().trim_end_matches("endfacet")), 1, 1),
+        (FACET.to_owned(), 1, 0),
+        (format!("; by hand\nsolid a\n# b\n{FACET}endsolid a"), 1, 0),
+        (format!("solid a\n{FACET}endsolid a").replace("0 0 1\n outer", "nan -1.#IND 1.#QNAN\n outer"), 1, 0),
+        (format!("solid a\n{FACET}endsolid a").replace("0 0 1\n outer", "\n outer"), 1, 0),
+        (
+            format!("solid a\n{FACET}endsolid a")
+                .replace("outer loop", "OuterLoop")
+                .replace("endloop", "End Loop"),
+            1,
+            0,
+        ),
+        (format!("solid a\n{FACET}{FACET}end solid a").replacen("1 0 0\n", "nan 0 0\n", 1), 1, 1),
+        (format!("solid a\n{FACET}endsolid a").replace(" endloop", " vertex 1 1 1\n endloop"), 1, 1),
+        (format!("solid a\n{FACET}color 1 0 0\nendsolid a"), 1, 1),
+        (format!("solid a facet of it\n{FACET}endsolid solid"), 1, 0),
+        (format!("solid a\n{FACET}endsolid a\n\0\0"), 1, 0),
+    ] {
+        let loaded = load(&text).unwrap_or_else(|e| panic!("{e}\n{text}"));
+        let found = (loaded.geometry.mesh.polygons.len(), loaded.warnings.len());
+        assert_eq!(found, (facets, warned), "{text}\n{:?}", warnings(&loaded));
+    }
+    let some = load(binary(3, &[RIGHT, [f32::NAN; 9], RIGHT])).unwrap();
+    assert_eq!((some.geometry.mesh.polygons.len(), some.warnings.len()), (2, 1));
+    for stated in [0, u32::MAX] {
+        let uncounted = load(binary(stated, &[RIGHT, RIGHT])).unwrap();
+        assert_eq!((uncounted.geometry.mesh.polygons.len(), uncounted.warnings.len()), (2, 1));
+    }
 }
 
 #[test]

@@ -42,7 +42,7 @@ impl Lexer<'_> {
         Ok(())
     }
 
-    /// Checks an element of at least `least` corners, and adds it.
+    /// Checks an element of at least `least` corners, and adds it, or leaves it out.
     fn element(
         &mut self,
         kind: ElementKind,
@@ -50,24 +50,48 @@ impl Lexer<'_> {
         least: usize,
         expected: &str,
     ) -> Result<(), LoadError> {
+        self.has_elements = true;
         let mut corners = std::mem::take(&mut self.corners);
         corners.clear();
+        let mut is_usable = true;
         for word in words(arguments) {
-            corners.push(self.corner(word)?);
+            match self.corner(word) {
+                Ok(corner) => corners.push(corner),
+                Err(unused) => {
+                    self.leave_out(unused);
+                    is_usable = false;
+                    break;
+                }
+            }
         }
-        if corners.len() < least {
-            return Err(self.syntax(expected, arguments));
+        if is_usable && corners.len() < least {
+            let error = self.syntax(expected, arguments);
+            self.elements.left_out.thin.note(|| error);
+        } else if is_usable {
+            self.add(kind, &corners)?;
         }
-        self.add(kind, &corners)?;
         self.corners = corners;
         Ok(())
+    }
+
+    /// Counts an element that is left out.
+    fn leave_out(&mut self, unused: Unused) {
+        let left_out = &mut self.elements.left_out;
+        match unused {
+            Unused::Vertex => {}
+            Unused::Index(error) => left_out.indices.note(|| error),
+            Unused::Word(error) => left_out.unreadable.note(|| error),
+        }
     }
 
     /// Passes on positions from `first` as points, at most [`POINTS`], and returns the next one.
     pub(super) fn cloud(&mut self, first: u32) -> Result<u32, LoadError> {
         let end = self.totals[0].min(u64::from(first) + POINTS) as u32;
-        let corners: Vec<_> = (first..end).map(|position| [Some(position), None, None]).collect();
-        self.add(ElementKind::Points, &corners)?;
+        let usable = (first..end).filter(|position| !self.is_unusable(0, *position));
+        let corners: Vec<_> = usable.map(|position| [Some(position), None, None]).collect();
+        if !corners.is_empty() {
+            self.add(ElementKind::Points, &corners)?;
+        }
         Ok(end)
     }
 
@@ -78,8 +102,10 @@ impl Lexer<'_> {
         let mut has = [true; 3];
         for list in 1..3 {
             let with = corners.iter().filter(|c| c[list].is_some()).count();
-            has[list] = with == corners.len();
-            if with != 0 && !has[list] {
+            let is_unusable = |c: &[Option<u32>; 3]| c[list].is_some_and(|i| self.is_unusable(list, i));
+            let lacks = !self.unusable[list].is_empty() && corners.iter().any(is_unusable);
+            has[list] = with == corners.len() && !lacks;
+            if with != 0 && with != corners.len() {
                 self.warn(format!(
                     "some corners have a {0} and others none: the element has none",
                     WHAT[list]
@@ -110,15 +136,20 @@ impl Lexer<'_> {
         Ok(())
     }
 
+    /// Returns whether the vertex with this index, from 0, has no numbers that can be used.
+    fn is_unusable(&self, list: usize, index: u32) -> bool {
+        self.unusable[list].binary_search(&index).is_ok()
+    }
+
     /// Parses `v`, `v/vt`, `v//vn` or `v/vt/vn` to indices from 0.
-    fn corner(&mut self, word: &[u8]) -> Result<[Option<u32>; 3], LoadError> {
+    fn corner(&mut self, word: &[u8]) -> Result<[Option<u32>; 3], Unused> {
         let mut corner = [None; 3];
         for (list, part) in word.split(|b| *b == b'/').enumerate() {
-            if list > 2 || (list == 0 && part.is_empty()) {
-                return Err(self.syntax("a corner is v, v/vt, v//vn or v/vt/vn", word));
-            }
-            if part.is_empty() {
+            if part.is_empty() && list > 0 {
                 continue;
+            }
+            if list > 2 || part.is_empty() {
+                return Err(Unused::Word(self.syntax("a corner is v, v/vt, v//vn or v/vt/vn", word)));
             }
             if list > 0 && self.totals[list] == 0 && part != b"0" {
                 self.warn_of(
@@ -128,7 +159,7 @@ impl Lexer<'_> {
                 continue;
             }
             let Some(index) = decimal(part) else {
-                return Err(self.syntax("an index is a whole number", part));
+                return Err(Unused::Word(self.syntax("an index is a whole number", part)));
             };
             let position = match index {
                 1.. => index - 1,
@@ -139,12 +170,26 @@ impl Lexer<'_> {
                 // A relative index refers to the vertices above it, an absolute one to all of the
                 // file.
                 let count = if index < 0 { self.counts[list] } else { self.totals[list] };
-                return Err(self.refuse(LoadErrorKind::Index { what: WHAT[list], index, count }));
+                let kind = LoadErrorKind::Index { what: WHAT[list], index, count };
+                return Err(Unused::Index(self.refuse(kind)));
+            }
+            if list == 0 && self.is_unusable(0, position as u32) {
+                return Err(Unused::Vertex);
             }
             corner[list] = Some(position as u32);
         }
         Ok(corner)
     }
+}
+
+/// Reason why an element is left out.
+enum Unused {
+    /// It uses a position that is not finite, which is counted where it stands.
+    Vertex,
+    /// An index is out of range.
+    Index(LoadError),
+    /// A word is no corner.
+    Word(LoadError),
 }
 
 /// Returns the group of an `s` statement: an integer, or 0 for `off`. Another word becomes a group

@@ -111,12 +111,12 @@ fn textures_are_found_by_names_with_blanks_and_options() {
     assert_eq!((error.code(), error.place.file.as_str()), (Code::Quota, "lib/my picture.png"), "{error}");
     // File names are shown relative to the reader of the OBJ file, as its own name is.
     let mut find = |name: &str| (name == "lib/my.mtl").then(|| b"newmtl a\nKd x".to_vec());
-    let error = parse(obj.as_bytes(), &mut find, "there/m.obj").unwrap_err();
-    assert!(error.to_string().starts_with("there/lib/my.mtl:2: a colour"), "{error}");
+    let said = warnings(&parse(obj.as_bytes(), &mut find, "there/m.obj").unwrap());
+    assert!(said[0].starts_with("there/lib/my.mtl:2: warning: a colour"), "{said:?}");
 }
 
 #[test]
-fn a_malformed_material_is_refused_with_its_line() {
+fn a_malformed_statement_of_a_material_is_left_out_with_its_line() {
     for (mtl, reason) in [
         ("newmtl a\nKd 1 1", "l.mtl:2: a colour has 3 numbers, or 1 for a grey, found \"1 1\""),
         ("newmtl a\nKd", "l.mtl:2: a colour has 3 numbers, or 1 for a grey, found \"\""),
@@ -134,12 +134,41 @@ fn a_malformed_material_is_refused_with_its_line() {
         ("newmtl a\nillum -1", "l.mtl:2: illum is a whole number from 0 to 10, found \"-1\""),
         ("newmtl a\nKd 1,0 0 0", "l.mtl:2: a colour must be a finite number, found \"1,0\""),
         ("newmtl a\nNs abc", "l.mtl:2: an exponent must be a finite number, found \"abc\""),
-        ("newmtl a\n\u{1}", "l.mtl:2: expected an MTL statement, found \"\\u{1}\""),
     ] {
         let obj = faces_of(&["a"]).replace("my lib", "l");
-        let error = load_with(obj, &[("l.mtl", mtl.as_bytes())]).unwrap_err();
-        assert_eq!((error.code(), error.to_string().as_str()), (Code::Format, reason));
+        let loaded = load_with(obj, &[("l.mtl", mtl.as_bytes())]).unwrap();
+        let (line, reason) = reason.split_once(": ").expect("a place");
+        let expected = format!("{line}: warning: {reason}: the statement is left out");
+        assert_eq!(warnings(&loaded).last(), Some(&expected));
+        assert_eq!(loaded.geometry.mesh.materials.len(), 1);
     }
+}
+
+#[test]
+fn a_black_material_shows_its_texture_and_map_d_its_opacity() {
+    let pnm = |rgb: &[u8]| [b"P6 1 1 255\n", rgb].concat();
+    let (red, grey) = (pnm(&[255, 0, 0]), pnm(&[128, 128, 128]));
+    let read = |mtl: &str| {
+        let obj = faces_of(&["a"]).replace("my lib", "l");
+        let files: [(&str, &[u8]); 3] = [("l.mtl", mtl.as_bytes()), ("red.ppm", &red), ("t/grey.ppm", &grey)];
+        let loaded = load_with(obj, &files).unwrap();
+        let texels = loaded.geometry.textures[0].as_ref().map(|t| t.bytes().to_vec());
+        (loaded.geometry.mesh.materials[0].kd, texels, warnings(&loaded))
+    };
+    let (kd, _, said) = read("newmtl a\rKd 0 0 0\rmap_Kd red.ppm\r");
+    assert_eq!(kd, DVec3::ONE);
+    let black = "l.mtl:3: warning: Kd 0 0 0 of material \"a\" is read as 1 1 1: its texture would be black";
+    assert_eq!(said, [black]);
+    // Without its picture the material is what it says.
+    assert_eq!(read("newmtl a\nKd 0 0 0\nmap_Kd gone.ppm\n").0, DVec3::ZERO);
+    let (_, texels, said) = read("newmtl a\nmap_Kd red.ppm\nmap_d -imfchan l t\\grey.ppm\n");
+    assert_eq!((texels, said.len()), (Some(vec![255, 0, 0, 128]), 1));
+    let (_, texels, said) = read("newmtl a\nmap_d C:\\work\\t\\grey.ppm\n");
+    assert_eq!(texels, Some(vec![255, 255, 255, 128]));
+    let elsewhere = "l.mtl:2: warning: the path \"C:\\\\work\\\\t\\\\grey.ppm\" is of another machine: \
+        \"t/grey.ppm\" is read";
+    assert_eq!(said, [elsewhere]);
+    assert_eq!(read("newmtl a\nmap_Kd red.ppm\nmap_d red.ppm\n").1, Some(vec![255, 0, 0, 255]));
 }
 
 #[test]
