@@ -41,6 +41,8 @@ pub struct FrameOptions {
     pub far: Option<f64>,
     /// Culling of all objects; `None` is each one's own.
     pub cull: Option<Cull>,
+    /// Side of points in pixels; `None` is each object's own.
+    pub point_size: Option<u32>,
     /// Planes in which an N-dimensional scene turns over all frames.
     pub turns: Vec<PlaneTurn>,
 }
@@ -57,6 +59,7 @@ impl Default for FrameOptions {
             near: None,
             far: None,
             cull: None,
+            point_size: None,
             turns: Vec::new(),
         }
     }
@@ -191,6 +194,9 @@ impl Animation {
         };
         if let Some(cull) = self.options.cull {
             scene.objects.iter_mut().for_each(|object| object.cull = cull);
+        }
+        if let Some(size) = self.options.point_size {
+            scene.objects.iter_mut().for_each(|object| object.style.point_size = size);
         }
         if self.is_turntable() {
             turn::turn(&mut scene, self.part(frame), (!has_camera).then_some([width, height]));

@@ -1,7 +1,7 @@
 //! Arguments for the meshes of scene files: normals and culling.
 
 use crate::load::Smoothing;
-use crate::scene::Cull;
+use crate::scene::{Cull, MAX_POINT_SIZE};
 use clap::Args;
 
 /// Default angle in degrees up to which the edges of a mesh without normals are smooth.
@@ -18,6 +18,12 @@ pub(super) struct MeshArgs {
     /// surfaces of meshes without normals, lit from both sides, back for others]
     #[arg(long, value_name = "F", value_parser = cull)]
     pub cull: Option<Cull>,
+    /// Side of points in pixels, 1 to 64 [default: the scene's own; 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_POINT_SIZE)))]
+    pub point_size: Option<u32>,
+    /// Refuse a scene or mesh that is read with a warning
+    #[arg(long)]
+    pub strict: bool,
 }
 
 impl MeshArgs {

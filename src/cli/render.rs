@@ -218,6 +218,7 @@ impl Render {
             ("--max-error", self.max_error.is_some()),
             ("--shade", self.shade.is_some()),
             ("--cull", self.meshes.cull.is_some()),
+            ("--point-size", self.meshes.point_size.is_some()),
         ];
         match flags.iter().find(|(_, is_given)| *is_given) {
             None => Ok(()),
@@ -241,6 +242,7 @@ impl Render {
             near: self.near,
             far: self.far,
             cull: self.meshes.cull,
+            point_size: self.meshes.point_size,
             turns: self.turn.clone(),
         }
     }
@@ -248,7 +250,9 @@ impl Render {
     /// Opens the output of the pictures; `crc` is the checksum of the scene's files.
     fn output(&self, animation: &Animation, crc: u32) -> Result<RenderOutput, SceneError> {
         // What changes a frame beside the options of the animation.
-        let more = format!("{:?} {:?}", self.meshes.smoothing(), self.max_error);
+        // Recipes of before the option stay valid.
+        let points = self.meshes.point_size.map_or(String::new(), |size| format!(" points {size}"));
+        let more = format!("{:?} {:?}{points}", self.meshes.smoothing(), self.max_error);
         let recipe = animation.recipe(crc, &more);
         let (out, depth_out) = (self.out.as_deref(), self.depth_out.as_deref());
         RenderOutput::open(out, depth_out, self.frames, self.shard, animation, recipe)

@@ -222,10 +222,22 @@ pub(super) fn read_watched(
     let (format, bytes, _held) = read_bytes(path, meshes, &memory)?;
     let has_root = root.is_some();
     let root = Root::of(path, root)?;
-    let mut inside = |name: &str| {
+    let mut other_cases = Vec::new();
+    let mut inside = |asked: &str| {
         // Watched even if it is missing, since it may be created.
-        watch.add(root.path.join(name));
-        root.folder.as_ref()?.read(name, MAX_BYTES.min(budget.available())).ok()
+        watch.add(root.path.join(asked));
+        let folder = root.folder.as_ref()?;
+        let read = |name: &str| folder.read(name, MAX_BYTES.min(budget.available())).ok();
+        read(asked).or_else(|| {
+            let other = folder.other_case(asked)?;
+            let bytes = read(&other)?;
+            watch.add(root.path.join(&other));
+            let warning = format!("{name}: warning: there is no {asked:?}: {other:?} is read");
+            if !other_cases.contains(&warning) {
+                other_cases.push(warning);
+            }
+            Some(bytes)
+        })
     };
     let source = SceneSource {
         bytes: &bytes,
@@ -236,7 +248,13 @@ pub(super) fn read_watched(
         smoothing: meshes.smoothing(),
         memory,
     };
-    let loaded = SceneFile::read(source).map_err(SceneError::Refused)?;
+    let mut loaded = SceneFile::read(source).map_err(SceneError::Refused)?;
+    loaded.warnings.append(&mut other_cases);
+    if let (true, [first, others @ ..]) = (meshes.strict, &loaded.warnings[..]) {
+        let more = if others.is_empty() { String::new() } else { format!(" (and {} more)", others.len()) };
+        let refusal = first.replacen(": warning: ", ": refused by --strict: ", 1);
+        return Err(SceneError::Refused(format!("{refusal}{more}")));
+    }
     loaded.warnings.iter().for_each(say_as_program);
     if loaded.names_outside && !has_root {
         say_as_program(format_args!("--root DIR lets {name} read files above its own folder"));

@@ -63,6 +63,7 @@ impl Tour {
             time: 0.0,
             fps: FRAMES_PER_SECOND,
             cull: None,
+            point_size: None,
             studio: false,
             turntable: false,
             split: None,

@@ -159,6 +159,7 @@ impl ViewArgs {
             time: self.time,
             fps: self.fps(),
             cull: self.meshes.cull,
+            point_size: self.meshes.point_size,
             studio: self.is_studio(),
             turntable: self.turntable,
             split: self.split.map(SplitArg::split),
@@ -223,6 +224,8 @@ impl ViewArgs {
                 &[
                     ("--smooth", self.meshes.smooth.is_some()),
                     ("--cull", self.meshes.cull.is_some()),
+                    ("--point-size", self.meshes.point_size.is_some()),
+                    ("--strict", self.meshes.strict),
                     ("--root", self.root.is_some()),
                     ("--time", self.time != 0.0),
                     ("--studio on", self.studio == Some(true)),
@@ -234,6 +237,7 @@ impl ViewArgs {
                 &[
                     ("--load-dir", self.load_dir.is_some()),
                     ("--cull", self.meshes.cull.is_some()),
+                    ("--point-size", self.meshes.point_size.is_some()),
                     ("--split", self.split.is_some()),
                 ][..],
             ),

@@ -34,7 +34,9 @@ fn open(path: &Path) -> Result<Opened<impl FnMut(&str) -> Option<Vec<u8>> + use<
     let folder = SandboxDir::open(folder).ok();
     let beside = move |name: &str| {
         let inside = path_inside("", name)?;
-        folder.as_ref()?.read(&inside, MAX_FILE_BYTES).ok()
+        let folder = folder.as_ref()?;
+        let read = |name: &str| folder.read(name, MAX_FILE_BYTES).ok();
+        read(&inside).or_else(|| read(&folder.other_case(&inside)?))
     };
     Ok((name, bytes, beside))
 }

@@ -99,7 +99,8 @@ pub(super) fn smooth(mesh: &mut Mesh, groups: &[u32], max_angle_rad: f64) -> boo
                 i + 1..faces.len()
             };
             // The normal of a face that is turned inside out is no neighbour's.
-            let is_neighbour = |b: &&Edge| (faces.len() > 2 || a.is_forward != b.is_forward) && is_smooth(a, b);
+            let is_neighbour =
+                |b: &&Edge| (faces.len() > 2 || a.is_forward != b.is_forward) && is_smooth(a, b);
             for b in faces[others].iter().filter(is_neighbour) {
                 (0..2).for_each(|end| join(&mut joined, a.corners[end], b.corners[end]));
             }

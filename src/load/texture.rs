@@ -1,4 +1,4 @@
-//! Picture files: PNG, JPEG, GIF (first picture), BMP, TGA and PNM to textures.
+//! Picture files: PNG, JPEG, WebP and GIF (first picture), BMP, TGA and PNM to textures.
 //!
 //! In: the bytes of a file. Out: 8-bit RGBA texels with the values of the file, row 0 at the top;
 //! grey becomes three equal channels, pictures without alpha are opaque, 16 bits are rounded to 8.
@@ -42,6 +42,10 @@ pub fn decode_within(bytes: &[u8], file_name: &str, memory: &mut LoadMemory) -> 
     if bytes.is_empty() {
         return Err(undecodable("the file is empty".into()));
     }
+    if bytes.starts_with(b"\xabKTX 20\xbb") {
+        return Err(undecodable("it is KTX2, which `ktx extract` of the KTX software writes as PNG".into()));
+    }
+    let is_webp = matches!(bytes, [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..]);
     let format = image::guess_format(bytes)
         .or_else(|_| ImageFormat::from_path(Path::new(file_name)))
         .map_err(|_| undecodable("neither its bytes nor its name tell a known format".into()))?;
@@ -60,22 +64,43 @@ pub fn decode_within(bytes: &[u8], file_name: &str, memory: &mut LoadMemory) -> 
     };
     let cancel = memory.cancel().clone();
     let decoded = never_panicking(|| {
+        // Some decoders copy the file.
+        let mut work = memory.work(HEADER_BYTES + bytes.len() as u64).map_err(fail)?;
+        let mut reserve = |width: u32, height: u32, decoded: u64| {
+            let pixels = u64::from(width) * u64::from(height);
+            if width.max(height) > MAX_TEXTURE_SIDE || pixels > MAX_TEXELS {
+                return Err(size_error(width, height));
+            }
+            let (texture, beside) = Texture::bytes_for(width.max(1), height.max(1));
+            memory.reserve_result(texture).map_err(fail)?;
+            let unpacking = unpacking_bytes(format, pixels, decoded);
+            work.try_grow(unpacking.max(beside)).map_err(|e| fail(LoadErrorKind::OverBudget(e)))?;
+            Ok(unpacking)
+        };
+        if is_webp {
+            let wrong = |e: image_webp::DecodingError| undecodable(e.to_string());
+            let mut decoder =
+                image_webp::WebPDecoder::new(PolledBytes::new(bytes, &cancel)).map_err(wrong)?;
+            let (width, height) = decoder.dimensions();
+            let channels = if decoder.has_alpha() { 4 } else { 3 };
+            let length = u64::from(width) * u64::from(height) * channels;
+            let unpacking = reserve(width, height, length)?;
+            decoder.set_memory_limit((HEADER_BYTES + unpacking) as usize);
+            let mut pixels = vec![0; length as usize];
+            decoder.read_image(&mut pixels).map_err(wrong)?;
+            let rgba = match channels {
+                4 => pixels,
+                _ => pixels.as_chunks::<3>().0.iter().flat_map(|[r, g, b]| [*r, *g, *b, 255]).collect(),
+            };
+            return Ok((width, height, rgba, work));
+        }
         let mut reader = ImageReader::with_format(PolledBytes::new(bytes, &cancel), format);
         let mut limits = Limits::no_limits();
         limits.max_alloc = Some(HEADER_BYTES);
         reader.limits(limits);
-        // Some decoders copy the file.
-        let mut work = memory.work(HEADER_BYTES + bytes.len() as u64).map_err(fail)?;
         let mut decoder = reader.into_decoder().map_err(|e| undecodable(e.to_string()))?;
         let (width, height) = decoder.dimensions();
-        let pixels = u64::from(width) * u64::from(height);
-        if width.max(height) > MAX_TEXTURE_SIDE || pixels > MAX_TEXELS {
-            return Err(size_error(width, height));
-        }
-        let (texture, beside) = Texture::bytes_for(width.max(1), height.max(1));
-        memory.reserve_result(texture).map_err(fail)?;
-        let unpacking = unpacking_bytes(format, pixels, decoder.total_bytes());
-        work.try_grow(unpacking.max(beside)).map_err(|e| fail(LoadErrorKind::OverBudget(e)))?;
+        let unpacking = reserve(width, height, decoder.total_bytes())?;
         let mut limits = Limits::no_limits();
         limits.max_alloc = Some(HEADER_BYTES + unpacking);
         decoder.set_limits(limits).map_err(|e| undecodable(e.to_string()))?;
@@ -141,6 +166,24 @@ mod tests {
             .write_image(&rgba, 2, 1, ExtendedColorType::Rgba8)
             .unwrap();
         assert_eq!(decode_file(&tga, "a.TGA").unwrap().bytes(), rgba);
+    }
+
+    #[test]
+    fn webp_is_read_without_alpha_and_with() {
+        // Of 64 x 64 pixels, lossy.
+        let file = include_bytes!("../../tests/data/formats/gltf/beside/squares.webp");
+        let lossy = decode_file(file, "a.bin").unwrap();
+        assert_eq!((lossy.width(), lossy.height(), lossy.has_alpha()), (64, 64, false));
+        for cut in [12, 20, 30, file.len() / 2] {
+            assert_eq!(decode(&file[..cut]).unwrap_err().code(), Code::Format, "cut at {cut}");
+        }
+        let mut lossless = Vec::new();
+        let rgba = [1, 2, 3, 4, 250, 251, 252, 255];
+        let encoder = image_webp::WebPEncoder::new(&mut lossless);
+        encoder.encode(&rgba, 2, 1, image_webp::ColorType::Rgba8).unwrap();
+        assert_eq!(decode(&lossless).unwrap().bytes(), rgba);
+        let error = decode(b"\xabKTX 20\xbb\r\n\x1a\n").unwrap_err().to_string();
+        assert!(error.contains("`ktx extract`"), "{error}");
     }
 
     #[test]

@@ -69,6 +69,8 @@ pub struct DrawCall<'a> {
     pub fog: Option<Fog>,
     /// Line style.
     pub line: LineStyle,
+    /// Side of points in pixels; 0 is 1.
+    pub point_size: u32,
     /// Fill style of faces.
     pub fill: FillStyle,
     /// Multitexturing stages, in place of `texture`.
@@ -101,6 +103,7 @@ impl<'a> DrawCall<'a> {
             two_sided_lighting: false,
             fog: None,
             line: LineStyle::default(),
+            point_size: 1,
             fill: FillStyle::default(),
             stages: None,
             name: 0,
@@ -131,6 +134,7 @@ impl<'a> DrawCall<'a> {
             two_sided_lighting: object.two_sided_lighting,
             fog: scene.fog,
             line: object.style.line,
+            point_size: object.style.point_size,
             fill: object.style.fill,
             stages: object.style.stages.as_deref(),
             name: 0,

@@ -1,4 +1,4 @@
-//! Line and fill styles of an object: X3D's LineProperties and FillProperties.
+//! Line, fill and point styles of an object: X3D's LineProperties, FillProperties and PointProperties.
 //!
 //! Both are patterns on the frame, in pixels, at any distance. Source: ISO/IEC 19775-1 clauses
 //! 12.4.3 (FillProperties) and 12.4.4 (LineProperties). The standard leaves the pixels of a pattern
@@ -17,7 +17,13 @@ pub struct Style {
     pub fill: FillStyle,
     /// Multitexture stages, in place of the object's own texture.
     pub stages: Option<Arc<TextureStages>>,
+    /// Side of its points in pixels, up to [`MAX_POINT_SIZE`]: squares about the pixel of the point,
+    /// the larger half below and to the right. 0 and 1 are that pixel.
+    pub point_size: u32,
 }
+
+/// Largest side of a point in pixels.
+pub const MAX_POINT_SIZE: u32 = 64;
 
 impl PartialEq for Style {
     /// Compares stages by identity, not by value.
@@ -26,7 +32,7 @@ impl PartialEq for Style {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
             (a, b) => a.is_none() && b.is_none(),
         };
-        (self.line, self.fill) == (other.line, other.fill) && stages
+        (self.line, self.fill, self.point_size) == (other.line, other.fill, other.point_size) && stages
     }
 }
 

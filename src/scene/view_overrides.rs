@@ -39,6 +39,8 @@ pub struct ViewOverrides {
     pub shade: Option<ShadeMode>,
     /// Faces that are culled.
     pub cull: Option<Cull>,
+    /// Side of points in pixels.
+    pub point_size: Option<u32>,
     /// Hidden-surface removal.
     pub hide: Option<HiddenSurface>,
     /// Use of textures.
@@ -59,6 +61,7 @@ impl ViewOverrides {
         for object in &mut scene.objects {
             object.shade = self.shade.or(object.shade);
             object.cull = self.cull.unwrap_or(object.cull);
+            object.style.point_size = self.point_size.unwrap_or(object.style.point_size);
             if self.textures == TextureUse::Off {
                 object.texture = None;
                 object.style.stages = None;

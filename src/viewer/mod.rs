@@ -90,6 +90,8 @@ pub struct ViewerOptions {
     pub fps: f64,
     /// Face culling that replaces the scene's own, if set.
     pub cull: Option<Cull>,
+    /// Side of points in pixels that replaces the scene's own, if set.
+    pub point_size: Option<u32>,
     /// Set to show models in the studio: framed, lit, on a ground, and smooth at rest. Otherwise
     /// the first picture is the one that rendering the file gives.
     pub studio: bool,
@@ -142,6 +144,7 @@ enum Show {
 struct Wishes {
     look: Look,
     cull: Option<Cull>,
+    point_size: Option<u32>,
     hide: Option<HiddenSurface>,
     navigator: Navigator,
     /// Seconds since the scene's start, an integer number of frames after the first.
@@ -180,6 +183,7 @@ impl Wishes {
             navigator: self.navigator,
             shade,
             cull: self.cull,
+            point_size: self.point_size,
             hide: self.hide,
             textures,
             quality: QualityUse::AsGiven,
@@ -258,7 +262,19 @@ impl Viewer {
     /// # Errors
     /// Fails if the frame cannot be allocated, or the model cannot be drawn.
     pub fn new(model: Model, options: ViewerOptions) -> Result<Self, String> {
-        let ViewerOptions { name, size, time, fps, cull, studio, turntable, split, renderer, pool } = options;
+        let ViewerOptions {
+            name,
+            size,
+            time,
+            fps,
+            cull,
+            point_size,
+            studio,
+            turntable,
+            split,
+            renderer,
+            pool,
+        } = options;
         let frame = ViewerFrame::new(size).map_err(|e| e.to_string())?;
         let other = VideoMemory::new(size[0], size[1]).map_err(|e| e.to_string())?;
         let mut subject = Self::subject(model, &name, size, &pool, studio)?;
@@ -277,7 +293,15 @@ impl Viewer {
             fps,
             renderer,
             pool,
-            wishes: Wishes { time, frame: frame_number, cull, studio, turns, ..Wishes::default() },
+            wishes: Wishes {
+                time,
+                frame: frame_number,
+                cull,
+                point_size,
+                studio,
+                turns,
+                ..Wishes::default()
+            },
             frame,
             other,
             show: Show::Picture,

@@ -17,6 +17,7 @@ fn options(name: &str) -> ViewerOptions {
         time: 0.0,
         fps: 25.0,
         cull: None,
+        point_size: None,
         studio: false,
         turntable: false,
         split: None,

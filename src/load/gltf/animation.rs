@@ -65,7 +65,7 @@ pub(super) fn read_all(
         for json in animation.member("channels").items()? {
             let target = json.member("target");
             let Some(node) = target.member("node").index_if_there("node", nodes)? else { continue };
-            let path = match target.member("path").text()? {
+            let path = match target.member("path").word() {
                 Some("translation") => Path::Translation,
                 Some("rotation") => Path::Rotation,
                 Some("scale") => Path::Scale,
@@ -101,12 +101,10 @@ fn read(
     path: Path,
     width: usize,
 ) -> Result<Option<Channel>, LoadError> {
-    let mode = sampler.member("interpolation");
-    let interpolation = match mode.text()? {
-        None | Some("LINEAR") => Interpolation::Linear,
-        Some("STEP") => Interpolation::Step,
-        Some("CUBICSPLINE") => Interpolation::CubicSpline,
-        Some(_) => return Err(mode.wrong("LINEAR, STEP or CUBICSPLINE")),
+    let interpolation = match sampler.member("interpolation").one_of(&["LINEAR", "STEP", "CUBICSPLINE"]) {
+        "STEP" => Interpolation::Step,
+        "CUBICSPLINE" => Interpolation::CubicSpline,
+        _ => Interpolation::Linear,
     };
     let input = sampler.member("input");
     let times = attribute(source, &input, &[1])?.values;

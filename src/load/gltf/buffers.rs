@@ -7,6 +7,7 @@
 //! Source: glTF 2.0 Specification, sections 3.6.1 (Buffers and Buffer Views) and 3.6.2 (Accessors).
 
 use super::json::Json;
+use crate::load::side_files::elsewhere;
 use crate::load::{LoadContext, LoadError, LoadErrorKind, LoadMemory, url};
 use crate::memory::Reservation;
 use std::borrow::Cow;
@@ -42,6 +43,13 @@ pub(super) fn referenced(
     if let Some(bytes) = paths.iter().find_map(|path| (context.opener)(path)) {
         held.try_grow(bytes.len() as u64).map_err(|e| uri.refuse(LoadErrorKind::OverBudget(e)))?;
         return Ok((bytes, held));
+    }
+    for end in url::ends_of_absolute(text) {
+        if let Some(bytes) = (context.opener)(&format!("{}{end}", context.folder)) {
+            held.try_grow(bytes.len() as u64).map_err(|e| uri.refuse(LoadErrorKind::OverBudget(e)))?;
+            uri.note(uri.warning(elsewhere(text, &end)));
+            return Ok((bytes, held));
+        }
     }
     let what = match url::is_outside(context.folder, text) {
         true => {

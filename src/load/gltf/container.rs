@@ -21,7 +21,7 @@ pub(super) fn split<'a>(
     warnings: &mut Vec<LoadWarning>,
 ) -> Result<Container<'a>, LoadError> {
     if !bytes.starts_with(MAGIC) {
-        return Ok(Container { json: bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), binary: None });
+        return Ok(Container { json: json(bytes), binary: None });
     }
     let word = |at: usize| {
         let four = bytes.get(at..at + 4)?;
@@ -66,6 +66,14 @@ pub(super) fn split<'a>(
         }
         at = start + size;
     }
-    let json = found[0].ok_or_else(|| fail(12, "no chunk of JSON".into()))?;
-    Ok(Container { json, binary: found[1] })
+    let text = found[0].ok_or_else(|| fail(12, "no chunk of JSON".into()))?;
+    Ok(Container { json: json(text), binary: found[1] })
+}
+
+/// Returns a text without its byte order mark, and without the zeros that some programs fill it up
+/// with.
+fn json(bytes: &[u8]) -> &[u8] {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let end = text.iter().rposition(|b| *b != 0).map_or(0, |last| last + 1);
+    &text[..end]
 }

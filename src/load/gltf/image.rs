@@ -42,20 +42,17 @@ pub(super) struct Images {
 }
 
 /// Everything that reading a part of a file needs.
-pub(super) struct Source<'a, 'b, 'c> {
+pub(super) struct Source<'a, 'b> {
     pub(super) root: Json<'a>,
     pub(super) buffers: Buffers<'a>,
     pub(super) context: LoadContext<'b>,
-    pub(super) warnings: &'c mut Vec<LoadWarning>,
     pub(super) names_outside: bool,
 }
 
-impl Source<'_, '_, '_> {
+impl Source<'_, '_> {
     /// Adds a warning, unless it is there already or there are enough.
     pub(super) fn warn(&mut self, warning: LoadWarning) {
-        if self.warnings.len() < super::MAX_WARNINGS && !self.warnings.contains(&warning) {
-            self.warnings.push(warning);
-        }
+        self.root.note(warning);
     }
 }
 
@@ -118,8 +115,15 @@ impl Images {
         entry: &Json,
     ) -> Result<Option<(usize, Arc<Texture>)>, LoadError> {
         let images = source.root.member("images");
-        let Some(image) = entry.member("source").index_if_there("image", images.count())? else {
-            source.warn(entry.warning("a texture without a picture that can be read is left out"));
+        // The picture of the extension is the one that the others stand in for.
+        let webp = entry.extension("EXT_texture_webp").member("source");
+        let number = if webp.is_there() { webp } else { entry.member("source") };
+        let Some(image) = number.index_if_there("image", images.count())? else {
+            let why = match entry.extension("KHR_texture_basisu").is_there() {
+                true => format!("a texture of KTX2 is left out: {}", super::converter("KHR_texture_basisu")),
+                false => "a texture without a picture that can be read is left out".to_owned(),
+            };
+            source.warn(entry.warning(why));
             return Ok(None);
         };
         if let Some(found) = self.decoded.get(&image) {

@@ -2,6 +2,10 @@
 
 use crate::load::{FilePosition, LoadError, LoadErrorKind, LoadWarning};
 use serde_json::Value;
+use std::cell::RefCell;
+
+/// Warnings about a file.
+pub(super) type Notes = RefCell<Vec<LoadWarning>>;
 
 /// A value of the file, or the lack of one, with its JSON pointer.
 #[derive(Clone, Debug)]
@@ -9,18 +13,19 @@ pub(super) struct Json<'a> {
     value: Option<&'a Value>,
     pointer: String,
     file: &'a str,
+    notes: &'a Notes,
 }
 
 impl<'a> Json<'a> {
-    /// Returns the root of a file.
-    pub(super) fn root(value: &'a Value, file: &'a str) -> Self {
-        Json { value: Some(value), pointer: String::new(), file }
+    /// Returns the root of a file, whose warnings go to `notes`.
+    pub(super) fn root(value: &'a Value, file: &'a str, notes: &'a Notes) -> Self {
+        Json { value: Some(value), pointer: String::new(), file, notes }
     }
 
     /// Returns a member of an object; a value that is no object has none.
     pub(super) fn member(&self, name: &str) -> Json<'a> {
         let value = self.value.and_then(|v| v.get(name));
-        Json { value, pointer: format!("{}/{name}", self.pointer), file: self.file }
+        Json { value, pointer: format!("{}/{name}", self.pointer), ..*self }
     }
 
     /// Returns an object of `extensions`.
@@ -67,6 +72,45 @@ impl<'a> Json<'a> {
         LoadWarning { place: self.place(), message: message.into() }
     }
 
+    /// Adds a warning, unless it is there already or there are enough.
+    pub(super) fn note(&self, warning: LoadWarning) {
+        let mut notes = self.notes.borrow_mut();
+        if notes.len() < super::MAX_WARNINGS && !notes.contains(&warning) {
+            notes.push(warning);
+        }
+    }
+
+    /// Warns that something else was expected here, and of what is done.
+    pub(super) fn note_wrong(&self, expected: &str, done: &str) {
+        let wrong = self.wrong(format!("expected {expected}"));
+        self.note(self.warning(format!("{}: {done}", wrong.kind)));
+    }
+
+    /// Returns a text; a value of another type is left out with a warning. For values without which
+    /// the file is whole.
+    pub(super) fn word(&self) -> Option<&'a str> {
+        match self.value {
+            Some(Value::String(text)) => Some(text),
+            None => None,
+            Some(_) => {
+                self.note_wrong("a text", "it is left out");
+                None
+            }
+        }
+    }
+
+    /// Returns the one of these words that the text is, or the first, with a warning if the text is
+    /// another. Case does not matter to those who read it.
+    pub(super) fn one_of(&self, words: &[&'static str]) -> &'static str {
+        let found = self.value.and_then(Value::as_str);
+        let is = |word: &&&'static str| found.is_some_and(|found| found.eq_ignore_ascii_case(word));
+        let known = words.iter().find(is).copied();
+        if self.is_there() && known.is_none() {
+            self.note_wrong(&words.join(" or "), &format!("{} is taken", words[0]));
+        }
+        known.unwrap_or(words[0])
+    }
+
     /// Returns the items of a list; none without a value.
     pub(super) fn items(&self) -> Result<Vec<Json<'a>>, LoadError> {
         let items = match self.value {
@@ -74,11 +118,8 @@ impl<'a> Json<'a> {
             Some(Value::Array(items)) => items,
             Some(_) => return Err(self.wrong("a list")),
         };
-        let item = |(i, value)| Json {
-            value: Some(value),
-            pointer: format!("{}/{i}", self.pointer),
-            file: self.file,
-        };
+        let item =
+            |(i, value)| Json { value: Some(value), pointer: format!("{}/{i}", self.pointer), ..*self };
         Ok(items.iter().enumerate().map(item).collect())
     }
 
@@ -90,7 +131,7 @@ impl<'a> Json<'a> {
     /// Returns an item of a list.
     pub(super) fn item(&self, i: usize) -> Json<'a> {
         let value = self.value.and_then(|v| v.get(i));
-        Json { value, pointer: format!("{}/{i}", self.pointer), file: self.file }
+        Json { value, pointer: format!("{}/{i}", self.pointer), ..*self }
     }
 
     pub(super) fn text(&self) -> Result<Option<&'a str>, LoadError> {
@@ -105,7 +146,18 @@ impl<'a> Json<'a> {
         match self.value {
             None => Ok(default),
             Some(Value::Bool(value)) => Ok(*value),
-            Some(_) => Err(self.wrong("true or false")),
+            Some(value) => {
+                let is = |text: &str| value.as_str().is_some_and(|v| v.eq_ignore_ascii_case(text));
+                let found = match value.as_f64() {
+                    Some(0.0) => false,
+                    Some(1.0) => true,
+                    _ if is("true") => true,
+                    _ if is("false") => false,
+                    _ => return Err(self.wrong("true or false")),
+                };
+                self.note_wrong("true or false", &format!("{found} is taken"));
+                Ok(found)
+            }
         }
     }
 

@@ -39,6 +39,8 @@ pub(super) struct Surface {
     pub(super) blends: bool,
     /// Set if nothing of it can be seen (MASK).
     pub(super) is_invisible: bool,
+    /// Least alpha of vertices that is seen (MASK).
+    pub(super) least_alpha: Option<f64>,
 }
 
 /// Encodes a linear number as sRGB does, also beyond 1.
@@ -99,22 +101,17 @@ pub(super) fn read(source: &mut Source, images: &mut Images, json: &Json) -> Res
     };
     let [r, g, b, alpha] = part.member(factor).numbers()?.unwrap_or([1.0; 4]);
     let color = encoded_color([r, g, b]);
-    let mode = json.member("alphaMode");
-    let is_blended = match mode.text()? {
-        None | Some("OPAQUE" | "MASK") => false,
-        Some("BLEND") => true,
-        Some(_) => return Err(mode.wrong("OPAQUE, MASK or BLEND")),
-    };
+    let mode = json.member("alphaMode").one_of(&["OPAQUE", "MASK", "BLEND"]);
+    let is_blended = mode == "BLEND";
     let cutoff = json.member("alphaCutoff").number_or(0.5)?;
-    let alpha_use = match mode.text()? {
-        Some("BLEND") => AlphaUse::Blend,
+    let alpha_use = match mode {
+        "BLEND" => AlphaUse::Blend,
         // texel * alpha >= cutoff.
-        Some("MASK") if alpha > 0.0 => {
-            AlphaUse::Mask((cutoff / alpha * 255.0).ceil().clamp(0.0, 256.0) as u16)
-        }
-        Some("MASK") => AlphaUse::Mask(if cutoff <= 0.0 { 0 } else { 256 }),
+        "MASK" if alpha > 0.0 => AlphaUse::Mask((cutoff / alpha * 255.0).ceil().clamp(0.0, 256.0) as u16),
+        "MASK" => AlphaUse::Mask(if cutoff <= 0.0 { 0 } else { 256 }),
         _ => AlphaUse::Opaque,
     };
+    let least_alpha = (mode == "MASK" && alpha > 0.0).then(|| cutoff / alpha);
     let info = part.member(texture);
     let (mut made, mut texcoord, mut transform) = (None, 0, TextureTransform::NONE);
     if info.is_object() {
@@ -143,7 +140,7 @@ pub(super) fn read(source: &mut Source, images: &mut Images, json: &Json) -> Res
         transparency: if is_blended { (1.0 - alpha).clamp(0.0, 1.0) } else { 0.0 },
         model: LightingModel::Blinn,
         texture: None,
-        name: json.member("name").text()?.unwrap_or("").to_owned(),
+        name: json.member("name").word().unwrap_or("").to_owned(),
     };
     if glossy.is_object() {
         let specular = glossy.member("specularFactor").numbers()?.unwrap_or([1.0; 3]);
@@ -156,7 +153,8 @@ pub(super) fn read(source: &mut Source, images: &mut Images, json: &Json) -> Res
     let is_invisible = made.is_none() && alpha_use == AlphaUse::Mask(256);
     let is_double_sided = json.member("doubleSided").bool_or(false)?;
     let blends = is_blended;
-    Ok(Surface { material, texture: made, texcoord, transform, is_double_sided, blends, is_invisible })
+    let texture = made;
+    Ok(Surface { material, texture, texcoord, transform, is_double_sided, blends, is_invisible, least_alpha })
 }
 
 /// Returns a material of one colour that no light changes; vertex colours and texture multiply it.

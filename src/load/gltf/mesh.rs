@@ -3,11 +3,12 @@
 //! In: attributes and indices of a primitive. Out: a mesh of triangles, lines or points, with the
 //! material's texture coordinates: transformed, v turned up. Without normals faces are flat, as the
 //! specification asks; lines and points without normals are unlit. Colours of vertices are encoded
-//! (`material`); alpha counts with BLEND alone.
+//! (`material`); alpha counts with BLEND, and with MASK (`cutoff`).
 //!
 //! Source: glTF 2.0 Specification, section 3.7.2 (Meshes), with KHR_mesh_quantization.
 
 use super::buffers::Numbers;
+use super::cutoff;
 use super::image::{Images, Source};
 use super::json::Json;
 use super::material::{self, Surface};
@@ -45,8 +46,8 @@ enum Topology {
 }
 
 impl Topology {
-    fn read(mode: &Json) -> Result<Topology, LoadError> {
-        Ok(match mode.whole_or(4)? {
+    fn read(mode: &Json) -> Topology {
+        match mode.whole_or(4).unwrap_or(u64::MAX) {
             0 => Topology::Points,
             1 => Topology::Lines { is_strip: false, is_loop: false },
             2 => Topology::Lines { is_strip: true, is_loop: true },
@@ -54,8 +55,11 @@ impl Topology {
             4 => Topology::Triangles,
             5 => Topology::Strip,
             6 => Topology::Fan,
-            _ => return Err(mode.wrong("a mode from 0 to 6")),
-        })
+            _ => {
+                mode.note_wrong("a mode from 0 to 6", "triangles are taken");
+                Topology::Triangles
+            }
+        }
     }
 }
 
@@ -74,10 +78,10 @@ pub(super) fn read(
         return Ok(None);
     }
     if json.extension(compressed).is_object() && !has_bytes(&accessors, &position)? {
-        let reason = format!("{compressed} is not supported");
+        let reason = format!("{compressed} is not supported: {}", super::converter(compressed));
         return Err(json.refuse(LoadErrorKind::Undecodable { format: "glTF", reason }));
     }
-    let topology = Topology::read(&json.member("mode"))?;
+    let topology = Topology::read(&json.member("mode"));
     let materials = source.root.member("materials");
     let number = json.member("material").index_if_there("material", materials.count())?;
     // An item that is not there has all defaults.
@@ -90,7 +94,8 @@ pub(super) fn read(
     let count = positions.count();
     let indices = indices(source, json, count)?;
     let corners = indices.as_ref().map_or(count, Vec::len);
-    let most = count as u64 * VERTEX_BYTES + corners as u64 * 3 * INDEX_BYTES;
+    // Cutting adds a vertex or two for each triangle.
+    let most = (count + corners) as u64 * VERTEX_BYTES + corners as u64 * 3 * INDEX_BYTES;
     let _work = source.context.memory.work(most).map_err(|kind| json.refuse(kind))?;
     let mut mesh =
         Mesh { positions: positions.elements(0.0).map(DVec3::from_array).collect(), ..Mesh::default() };
@@ -99,6 +104,14 @@ pub(super) fn read(
     add_elements(&mut mesh, topology, indices.as_deref());
     let skinning = Skinning::read(source, &attributes, count)?;
     let morphs = Morph::read_all(source, &json.member("targets"), count)?;
+    if let (Some(least), false) = (surface.least_alpha, mesh.colors.is_empty()) {
+        if skinning.is_some() || !morphs.is_empty() {
+            source.warn(json.warning("the alpha of vertices that bend is not compared with the cutoff"));
+            mesh.colors.iter_mut().for_each(|color| color.w = 1.0);
+        } else {
+            cutoff::cut(&mut mesh, least);
+        }
+    }
     if mesh.normals.is_empty() {
         match topology {
             Topology::Points | Topology::Lines { .. } => {
@@ -199,7 +212,8 @@ fn read_attributes(
     if let Some(colors) = vertex_attribute(source, &attributes.member("COLOR_0"), &[3, 4], count)? {
         let color = |[r, g, b, a]: [f64; 4]| {
             let rgb = material::encoded_color([r, g, b].map(|x| x.clamp(0.0, 1.0)));
-            DVec4::from((rgb, if surface.blends { a.clamp(0.0, 1.0) } else { 1.0 }))
+            let counts = surface.blends || surface.least_alpha.is_some();
+            DVec4::from((rgb, if counts { a.clamp(0.0, 1.0) } else { 1.0 }))
         };
         mesh.colors = colors.elements(1.0).map(color).collect();
     }

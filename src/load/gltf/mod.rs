@@ -8,9 +8,10 @@
 //! left.
 //!
 //! Refused: values of a wrong type, indices out of range, views that reach beyond their buffer,
-//! buffers that cannot be found, nodes with two parents or in a cycle, and extensions that the file
-//! requires and that are not in [`SUPPORTED`]. Warnings: extensions that are used without being
-//! required, and pictures that cannot be read. docs/formats.md has the list and the formulas.
+//! buffers that cannot be found, nodes in a cycle, and compression that the file requires. Warnings:
+//! other extensions that are not in [`SUPPORTED`], words that are none of a list's, roots and parents
+//! that the specification does not allow, and pictures that cannot be read. docs/formats.md has the
+//! list and the formulas.
 //!
 //! ```text
 //! bytes -> container (JSON, binary) -> json (values with pointers)
@@ -23,6 +24,7 @@
 mod animation;
 mod buffers;
 mod container;
+mod cutoff;
 mod image;
 mod json;
 mod material;
@@ -42,13 +44,14 @@ use crate::scene::{Object, Scene};
 use animation::Channel;
 use glam::DVec3;
 use image::{Images, Source};
-use json::Json;
+use json::{Json, Notes};
 use mesh::Primitive;
 use nodes::{Lamp, Lens, Node};
 use pose::Skin;
 
 /// Extensions that are read, or that change nothing that is drawn.
-pub const SUPPORTED: [&str; 7] = [
+pub const SUPPORTED: [&str; 8] = [
+    "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_pbrSpecularGlossiness",
@@ -57,6 +60,23 @@ pub const SUPPORTED: [&str; 7] = [
     "KHR_mesh_quantization",
     "KHR_texture_transform",
 ];
+
+/// Extensions without which a file that requires them has no vertices or no pictures.
+const COMPRESSED: [&str; 4] = [
+    "EXT_meshopt_compression",
+    "KHR_draco_mesh_compression",
+    "KHR_meshopt_compression",
+    "KHR_texture_basisu",
+];
+
+/// Returns a program that writes a file without a compression.
+fn converter(extension: &str) -> &'static str {
+    match extension {
+        "KHR_texture_basisu" => "`gltf-transform ktxdecompress in.glb out.glb` writes its pictures as PNG",
+        "KHR_draco_mesh_compression" => "`gltf-pipeline -i in.glb -o out.glb` writes it without Draco",
+        _ => "import it in a program that reads it, such as Blender, and export it uncompressed",
+    }
+}
 
 /// Most warnings of a file.
 const MAX_WARNINGS: usize = 100;
@@ -113,39 +133,45 @@ pub fn parse_in(bytes: &[u8], file_name: &str, context: LoadContext) -> Result<G
         let reason = short(text.split(" at line").next().unwrap_or(&text));
         LoadError::new(place, LoadErrorKind::Undecodable { format: "JSON", reason })
     })?;
-    let root = Json::root(&value, file_name);
-    check_asset(&root, &mut warnings)?;
+    let notes = Notes::new(warnings);
+    let root = Json::root(&value, file_name, &notes);
+    check_asset(&root)?;
     let (mut context, mut names_outside) = (context, false);
     let buffers = buffers::Buffers::read(&root, parts.binary, &mut context, &mut names_outside)?;
-    let mut source = Source { root, buffers, context, warnings: &mut warnings, names_outside };
+    let mut source = Source { root, buffers, context, names_outside };
     let mut document = read(&mut source)?;
     document.names_outside = source.names_outside;
-    document.warnings = warnings;
+    drop(source);
+    document.warnings = notes.into_inner();
     Ok(document)
 }
 
 /// Checks the version and the extensions.
-fn check_asset(root: &Json, warnings: &mut Vec<LoadWarning>) -> Result<(), LoadError> {
+fn check_asset(root: &Json) -> Result<(), LoadError> {
     let version = root.member("asset").member("version");
     match version.text()? {
         Some(text) if text.starts_with("2.") => {}
         _ => return Err(version.wrong("version 2")),
     }
-    let required = root.member("extensionsRequired");
     let mut names = Vec::new();
-    for item in required.items()? {
+    for item in root.member("extensionsRequired").items()? {
         let name = item.text()?.unwrap_or_default();
-        if !SUPPORTED.contains(&name) {
-            let reason = format!("the file requires {}, which is not supported", short(name));
+        if COMPRESSED.contains(&name) {
+            let reason = format!("the file requires {name}, which is not supported: {}", converter(name));
             return Err(item.refuse(LoadErrorKind::Undecodable { format: "glTF", reason }));
+        }
+        if !SUPPORTED.contains(&name) {
+            let message =
+                format!("the file requires {}, which is not supported: it is drawn without", short(name));
+            root.note(item.warning(message));
         }
         names.push(name);
     }
     for item in root.member("extensionsUsed").items()? {
         let name = item.text()?.unwrap_or_default();
-        if !SUPPORTED.contains(&name) && !names.contains(&name) && warnings.len() < MAX_WARNINGS {
+        if !SUPPORTED.contains(&name) && !names.contains(&name) && names.len() < 2 * MAX_WARNINGS {
             names.push(name);
-            warnings.push(item.warning(format!("{} is not supported: it is ignored", short(name))));
+            root.note(item.warning(format!("{} is not supported: it is ignored", short(name))));
         }
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! Nodes of a glTF file: the tree, with transforms, cameras and lights.
 //!
 //! In: the JSON. Out: nodes with their parents, each at most one, and an order in which parents come
-//! first; a cycle or a second parent is refused. Lights: the renderer adds the numbers that pixels
+//! first; a cycle is refused, a second parent left out with a warning. Lights: the renderer adds the numbers that pixels
 //! have (`material`), so a light's strength is encoded as well, with the square root for the gamma
 //! of about 2: sqrt(k / d^2) = sqrt(k) / d.
 //!
@@ -84,7 +84,7 @@ pub(super) fn read_all(root: &Json) -> Result<Vec<Node>, LoadError> {
         let of = |name, list, what| json.member(name).index_if_there(what, root.member(list).count());
         let light = json.extension("KHR_lights_punctual").member("light");
         nodes.push(Node {
-            name: json.member("name").text()?.unwrap_or("").to_owned(),
+            name: json.member("name").word().unwrap_or("").to_owned(),
             parent: None,
             children: children.iter().map(|c| c.index("node", items.len())).collect::<Result<_, _>>()?,
             transform,
@@ -95,13 +95,21 @@ pub(super) fn read_all(root: &Json) -> Result<Vec<Node>, LoadError> {
             weights: numbers(&json.member("weights"))?,
         });
     }
+    let mut again = vec![Vec::new(); nodes.len()];
     for i in 0..nodes.len() {
         for (k, child) in nodes[i].children.clone().into_iter().enumerate() {
-            if nodes[child].parent.replace(i).is_some() {
+            if nodes[child].parent.is_some() {
                 let place = items[i].member("children").item(k);
-                let reason = format!("node {child} has a second parent");
-                return Err(place.refuse(LoadErrorKind::Undecodable { format: "glTF", reason }));
+                place.note(place.warning(format!("node {child} has a second parent: the first counts")));
+                again[i].push(k);
+            } else {
+                nodes[child].parent = Some(i);
             }
+        }
+    }
+    for (node, again) in nodes.iter_mut().zip(again) {
+        for k in again.into_iter().rev() {
+            node.children.remove(k);
         }
     }
     // With one parent each, what cannot be reached from a node without one is in a cycle.
@@ -139,12 +147,12 @@ impl Lens {
             n if n > 0.0 => Ok(n),
             _ => Err(json.wrong("a number above 0")),
         };
-        let part = match kind.text()? {
-            Some(name @ ("perspective" | "orthographic")) => json.member(name),
-            _ => return Err(kind.wrong("perspective or orthographic")),
-        };
+        let is_ortho = json.member("orthographic").is_object() && !json.member("perspective").is_object();
+        let kinds = if is_ortho { ["orthographic", "perspective"] } else { ["perspective", "orthographic"] };
+        let kind = kind.one_of(&kinds);
+        let part = json.member(kind);
         let far = part.member("zfar");
-        if kind.text()? == Some("perspective") {
+        if kind == "perspective" {
             let fov = part.member("yfov");
             let fov_rad = positive(&fov)?;
             if fov_rad >= PI {
@@ -216,16 +224,15 @@ impl Lamp {
         let color: [f64; 3] = json.member("color").numbers()?.unwrap_or([1.0; 3]);
         let intensity = json.member("intensity").number_or(1.0)?.clamp(0.0, 1e12);
         let kind = json.member("type");
-        let kind = match kind.text()? {
-            Some("directional") => LampKind::Directional,
-            Some("point") => LampKind::Point,
-            Some("spot") => {
+        let kind = match kind.one_of(&["point", "directional", "spot"]) {
+            "directional" => LampKind::Directional,
+            "spot" => {
                 let spot = json.member("spot");
                 let outer = spot.member("outerConeAngle").number_or(FRAC_PI_4)?.clamp(1e-6, FRAC_PI_2);
                 let inner = spot.member("innerConeAngle").number_or(0.0)?.clamp(0.0, outer);
                 LampKind::Spot { inner_rad: inner, outer_rad: outer }
             }
-            _ => return Err(kind.wrong("directional, point or spot")),
+            _ => LampKind::Point,
         };
         let strength = |c: f64| libm::sqrt((c * intensity / PI).clamp(0.0, 1e12));
         let range = json.member("range");

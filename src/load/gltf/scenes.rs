@@ -25,17 +25,29 @@ pub(super) fn shown(root: &Json, nodes: &[Node]) -> Result<Vec<usize>, LoadError
     let (mut roots, mut is_root) = (Vec::new(), vec![false; nodes.len()]);
     for json in scenes.item(number.unwrap_or(0)).member("nodes").items()? {
         let node = json.index("node", nodes.len())?;
-        let reason = match (nodes[node].parent, std::mem::replace(&mut is_root[node], true)) {
-            (None, false) => {
-                roots.push(node);
-                continue;
-            }
-            (Some(_), _) => format!("node {node} has a parent, and is no root of a scene"),
-            (None, true) => format!("node {node} is in the list twice"),
+        let message = match (nodes[node].parent, std::mem::replace(&mut is_root[node], true)) {
+            (None, false) => None,
+            (_, true) => Some(format!("node {node} is in the list twice: once is enough")),
+            // Its parents still move it.
+            (Some(_), false) => Some(format!("node {node} has a parent, and is no root of a scene")),
         };
-        return Err(json.refuse(LoadErrorKind::Undecodable { format: "glTF", reason }));
+        if !message.as_ref().is_some_and(|m| m.contains("twice")) {
+            roots.push(node);
+        }
+        if let Some(message) = message {
+            json.note(json.warning(message));
+        }
     }
-    Ok(nodes::order(nodes, roots))
+    // One below another in the list is drawn once.
+    let (mut shown, mut is_shown) = (Vec::new(), vec![false; nodes.len()]);
+    roots.reverse();
+    while let Some(node) = roots.pop() {
+        if !std::mem::replace(&mut is_shown[node], true) {
+            shown.push(node);
+            roots.extend(nodes[node].children.iter().rev());
+        }
+    }
+    Ok(shown)
 }
 
 /// Nodes at a moment.

@@ -118,10 +118,10 @@ fn indices_may_be_relative_or_name_what_comes_later() {
 #[test]
 fn colours_weights_and_depths_of_vertices() {
     let loaded =
-        load("v 0 0 0 1 0 0.5\nv 1 0 0\nv 0 1 0 .25 1e1 0 9\nvt 0.5\nvt 0.25 0.75 0.5\nf 1/1 2/2 3/1\n");
+        load("v 0 0 0 1 0 0.5\nv 1 0 0\nv 0 1 0 .25 1e-1 0 9\nvt 0.5\nvt 0.25 0.75 0.5\nf 1/1 2/2 3/1\n");
     let m = &loaded.geometry.mesh;
     assert_eq!(m.colors[0], DVec4::new(1.0, 0.0, 0.5, 1.0));
-    assert_eq!((m.colors[1], m.colors[2]), (DVec4::ONE, DVec4::new(0.25, 10.0, 0.0, 1.0)));
+    assert_eq!((m.colors[1], m.colors[2]), (DVec4::ONE, DVec4::new(0.25, 0.1, 0.0, 1.0)));
     assert_eq!(m.corners[2].color, 2);
     assert_eq!(m.texcoords, [DVec2::new(0.5, 0.0), DVec2::new(0.25, 0.75)]);
     assert_eq!(loaded.warnings.len(), 2, "{:?}", warnings(&loaded));

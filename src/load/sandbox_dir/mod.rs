@@ -167,6 +167,37 @@ impl SandboxDir {
         }
     }
 
+    /// Returns the name of a file that differs from `name` in the case of letters alone: in each folder
+    /// the first by name, of those that are not spelled like it. `None` if there is none, or `name` is
+    /// not the name of a file inside.
+    pub fn other_case(&self, name: &str) -> Option<String> {
+        /// Most entries of a folder that are looked at.
+        const MOST: usize = 10_000;
+        let mut path = self.root.clone();
+        let mut found = Vec::new();
+        for component in Path::new(name).components() {
+            let step = match component {
+                Component::Normal(step) => step.to_str()?,
+                Component::CurDir => continue,
+                _ => return None,
+            };
+            let next = match fs::symlink_metadata(path.join(step)) {
+                Ok(meta) if meta.is_symlink() => return None,
+                Ok(_) => step.to_owned(),
+                Err(_) => {
+                    let lower = step.to_lowercase();
+                    let entries = fs::read_dir(&path).ok()?.take(MOST).filter_map(Result::ok);
+                    let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+                    names.filter(|name| name.to_lowercase() == lower).min()?
+                }
+            };
+            path.push(&next);
+            found.push(next);
+        }
+        let found = found.join("/");
+        (found != name && !found.is_empty()).then_some(found)
+    }
+
     /// Returns a resolved path relative to the folder.
     fn inside<'a>(&self, path: &'a Path) -> &'a Path {
         path.strip_prefix(&self.root).unwrap_or(path)

@@ -39,6 +39,10 @@ pub(super) struct File<'d> {
     pub(super) units: Units,
     pub(super) document: &'d roxmltree::Document<'d>,
     pub(super) defs: HashMap<&'d str, Def>,
+    /// Every DEF of the file by its name, the first of each: made when a USE has none before it.
+    pub(super) all_defs: Option<HashMap<&'d str, roxmltree::NodeId>>,
+    /// Nodes that were built for a USE before their DEF.
+    pub(super) early: HashMap<roxmltree::NodeId, NodeId>,
     pub(super) routes: Vec<Element<'d, 'd>>,
     /// Index of the environment with the prototypes declared in this scope.
     pub(super) environment: usize,
@@ -96,7 +100,7 @@ impl<'d, 'r> Builder<'d, 'r> {
     ) -> Self {
         let held = context.memory.budget().empty(MemoryUse::Decoders);
         Builder {
-            graph: Graph::default(),
+            graph: Graph { metres: 1.0, ..Graph::default() },
             texts,
             documents,
             sources: Vec::new(),
@@ -119,7 +123,8 @@ impl<'d, 'r> Builder<'d, 'r> {
         self.shown_folder = name[..name.len() - own.len()].to_string();
         let folder = self.context.folder;
         self.inlined.insert(format!("{folder}{own}"), InlineFile::Open);
-        self.graph.root = self.file(bytes, name, folder.into(), 0)?.scene;
+        let read = self.file(bytes, name, folder.into(), 0)?;
+        (self.graph.root, self.graph.metres) = (read.scene, read.units.length);
         let root = &self.graph.nodes[self.graph.root as usize].totals;
         match root.visits > MAX_VISITS {
             true => {
@@ -162,6 +167,8 @@ impl<'d, 'r> Builder<'d, 'r> {
             units: Units::STANDARD,
             document,
             defs: HashMap::new(),
+            all_defs: None,
+            early: HashMap::new(),
             routes: Vec::new(),
             environment: self.protos.add_environment(None),
             given: None,
@@ -294,7 +301,10 @@ impl<'d, 'r> Builder<'d, 'r> {
         };
         let node = match element.attribute("USE") {
             Some(used) => self.used(file, element, used, depth)?,
-            None => Some(self.node(file, element, ty, depth)?),
+            None => match file.early.get(&element.id()).copied() {
+                Some(early) => self.check_depth(file, element, early, depth).map(|()| Some(early))?,
+                None => Some(self.node(file, element, ty, depth)?),
+            },
         };
         let Some(node) = node else { return Ok(None) };
         let built = self.graph.nodes[node as usize].ty;

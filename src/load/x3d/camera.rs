@@ -5,9 +5,9 @@ use crate::math::matrix::{rotate, unit};
 use crate::scene::{Camera, LookAt, Projection, frame_along};
 use glam::{DMat4, DVec3};
 
-/// Default distance of the near plane.
+/// Default distance of the near plane in metres.
 pub(super) const NEAR: f64 = 0.01;
-/// Default distance of the far plane.
+/// Default distance of the far plane in metres.
 pub(super) const FAR: f64 = 1000.0;
 
 /// Returns the matrix of an X3D rotation: axis x y z, angle in radians. A zero axis gives the
@@ -16,14 +16,21 @@ pub(super) fn rotation(r: [f64; 4]) -> DMat4 {
     rotate(DVec3::new(r[0], r[1], r[2]), r[3]).unwrap_or(DMat4::IDENTITY)
 }
 
+/// Returns the length of a metre in the world's unit: a scene looks the same in kilometres, and so its
+/// planes must lie at the same places.
+fn metre(view: &GraphView) -> f64 {
+    1.0 / view.graph.metres
+}
+
 /// Returns the standard's default viewpoint, for files without one.
-pub(super) fn default_camera() -> Camera {
+pub(super) fn default_camera(view: &GraphView) -> Camera {
     Camera {
         look_at: LookAt { eye: DVec3::Z * 10.0, reference: DVec3::ZERO, up: DVec3::Y },
         projection: Projection::Perspective {
             fov_rad: std::f64::consts::FRAC_PI_4,
-            near: NEAR,
-            far: FAR,
+            // The distance of 10 is a number of the file's unit, and so are default sizes.
+            near: NEAR * metre(view).min(1.0),
+            far: FAR * metre(view).max(1.0),
             on_smaller_side: true,
         },
     }
@@ -45,9 +52,10 @@ pub(super) fn camera(view: &GraphView, id: NodeId, model: DMat4, bounds: Option<
     // keeps its precision.
     let look_at = LookAt { eye, reference: eye - z * eye.abs().max_element().max(1.0), up: y };
     let given = |field, default: f64| Some(view.real(id, field)).filter(|d| *d > 0.0).unwrap_or(default);
-    let (near, mut far) = (given("nearDistance", NEAR), given("farDistance", FAR));
+    let metre = metre(view);
+    let (near, mut far) = (given("nearDistance", NEAR * metre), given("farDistance", FAR * metre));
     if far <= near {
-        far = near.max(FAR) * 2.0;
+        far = near.max(FAR * metre) * 2.0;
     }
     let axes = [y.cross(z), y, z];
     let everything = bounds.filter(|_| view.bool(id, "viewAll"));
@@ -85,9 +93,10 @@ fn ortho(
         let [x, y, z] = axes.map(|a| a.abs().dot(half));
         let grow = |x: f64| if x > 0.0 { x * crate::scene::FRAME_MARGIN } else { 0.5 };
         window = [-grow(x), grow(x), -grow(y), grow(y)];
-        look_at.eye = center + axes[2] * (z + 2.0 * near + 1.0);
+        let metre = metre(view);
+        look_at.eye = center + axes[2] * (z + 2.0 * near + metre);
         look_at.reference = center;
-        far = far.max(2.0 * (z + near + 1.0));
+        far = far.max(2.0 * (z + near + metre));
     }
     Camera { look_at, projection: Projection::OrthoContain { window, near, far } }
 }

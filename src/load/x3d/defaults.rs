@@ -40,6 +40,7 @@ PixelTexture texture image=0_0_0 repeatS=true repeatT=true
 MultiTexture texture alpha=1 color=1_1_1 function= mode= source=
 MultiTextureTransform textureTransform
 LineProperties lineProperties applied=true linetype=1 linewidthScaleFactor=0
+PointProperties pointProperties attenuation=1_0_0 pointSizeMaxValue=1 pointSizeMinValue=1 pointSizeScaleFactor=1
 FillProperties fillProperties filled=true hatchColor=1_1_1 hatchStyle=1 hatched=true
 TextureTransform textureTransform center=0_0 rotation=0 scale=1_1 translation=0_0
 TriangleSet geometry ccw=true colorPerVertex=true normalPerVertex=true solid=true

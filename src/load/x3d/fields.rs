@@ -6,7 +6,7 @@ use super::graph::Origin;
 use super::schema::{self, NodeType};
 use super::units::in_radians;
 use super::unknown;
-use super::value::{self, Value, ValueError, ValueFault};
+use super::value::{self, Kind, Value, ValueError, ValueFault};
 use super::xml;
 use crate::load::{FilePosition, LoadError, LoadErrorKind};
 use roxmltree::Node as Element;
@@ -40,9 +40,20 @@ impl<'d> Builder<'d, '_> {
             let memory = &self.context.memory;
             let read = value::read_until(field.kind, attribute.value(), memory.cancel());
             memory.check_cancelled().map_err(|kind| self.over_memory(file, element, kind))?;
-            let value = read.map_err(|e| {
+            let cancel = self.context.memory.cancel().clone();
+            let value = read.or_else(|e| {
                 let place = xml::place_in(self.sources[file.source], &attribute, e.at);
-                bad_value(place, ty, field, &e)
+                let error = bad_value(place, ty, field, &e);
+                let is_count = matches!(e.fault, ValueFault::Count(_)) && field.kind != Kind::Image;
+                if !is_count {
+                    return Err(error);
+                }
+                let some = value::read_some(field.kind, attribute.value(), &cancel);
+                let done =
+                    if some.is_some() { "what is left over is left out" } else { "its default is taken" };
+                let origin = Origin { source: file.source, byte: attribute.range_value().start };
+                self.warn_at(origin, format!("{}: {done}", error.kind));
+                Ok(some.unwrap_or_else(|| values[index].clone()))
             })?;
             values[index] = in_radians(value, ty.name, name, file.units.angle);
         }

@@ -206,7 +206,7 @@ impl<'a> Flattener<'a> {
         let Some(parts) = shapes::parts(&view, id) else { return };
         let fresh = match shapes::is_driven(&view, &parts) {
             // If routes have made the geometry invalid, it stays as in the file.
-            true => shapes::prepare(&view, &parts).ok().map(|(prepared, _)| prepared),
+            true => shapes::prepare(&view, &parts).ok().map(|(prepared, ..)| prepared),
             false => None,
         };
         let Some(prepared) = fresh.as_ref().or_else(|| shapes::cached(self.mesh_cache, &parts)) else {
@@ -265,7 +265,9 @@ impl<'a> Flattener<'a> {
 
     /// Returns the bound viewpoint's camera, or the standard's default.
     fn camera(&self) -> Camera {
-        let Some((id, model)) = self.bound(VIEWPOINTS, None) else { return camera::default_camera() };
+        let Some((id, model)) = self.bound(VIEWPOINTS, None) else {
+            return camera::default_camera(&self.view);
+        };
         let bounds = self.view.bool(id, "viewAll").then(|| self.scene.bounds()).flatten();
         camera::camera(&self.view, id, model, bounds)
     }

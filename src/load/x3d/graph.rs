@@ -108,6 +108,8 @@ pub(super) struct Graph {
     pub(super) depends_on_viewer: bool,
     /// Scene node of the main file.
     pub(super) root: NodeId,
+    /// The world's unit of length in metres, that of the main file.
+    pub(super) metres: f64,
 }
 
 /// Field values set by routes, by node and field index.

@@ -350,6 +350,8 @@ impl<'d> Builder<'d, '_> {
             units,
             document,
             defs: HashMap::new(),
+            all_defs: None,
+            early: HashMap::new(),
             routes: Vec::new(),
             environment: self.protos.add_environment(Some(environment)),
             given: Some(given),

@@ -1,7 +1,8 @@
 //! DEF and USE names, and the field of the parent that a node belongs to.
 //!
 //! A name refers to the last node that was given it before its use, in the same scope: a file, or
-//! the body of a prototype (ISO/IEC 19775-1 clauses 4.4.3 and 4.4.4.2). The field is the one in
+//! the body of a prototype (ISO/IEC 19775-1 clauses 4.4.3 and 4.4.4.2). Beyond the standard: in a file
+//! without such a node to the first one after it, with a warning; one without any is skipped. The field is the one in
 //! containerField, if the parent has it and it takes nodes of this kind; else the node's default
 //! field (ISO/IEC 19776-1 clause 4.3.4).
 
@@ -11,6 +12,7 @@ use super::schema::{self, NodeType};
 use super::{unknown, xml};
 use crate::load::LoadError;
 use roxmltree::Node as Element;
+use std::collections::HashMap;
 
 /// Referent of a DEF name.
 #[derive(Clone, Copy)]
@@ -78,6 +80,18 @@ pub(super) fn hide<'d>(file: &mut File<'d>, element: Element<'d, 'd>) {
     }
 }
 
+/// Returns the DEFs of a file by their names, the first of each, without those of prototypes.
+fn all_defs<'d>(document: &'d roxmltree::Document<'d>) -> HashMap<&'d str, roxmltree::NodeId> {
+    let mut all = HashMap::new();
+    for node in document.descendants().filter(|node| !node.has_attribute("USE")) {
+        let is_proto = || node.ancestors().any(|above| above.tag_name().name() == "ProtoDeclare");
+        if let Some(name) = node.attribute("DEF").filter(|name| !name.is_empty() && !is_proto()) {
+            all.entry(name).or_insert(node.id());
+        }
+    }
+    all
+}
+
 impl<'d> Builder<'d, '_> {
     /// Returns a finished node as a child of `parent`, or warns if it cannot be one.
     pub(super) fn placed(
@@ -128,14 +142,38 @@ impl<'d> Builder<'d, '_> {
                 let expected = format!("USE to name a node that is complete, but {name:?} holds this one");
                 return Err(self.refuse(file, element, "USE", expected));
             }
-            None => {
-                return Err(self.refuse(file, element, "USE", format!("a DEF {name:?} before this USE")));
-            }
+            None => return self.used_early(file, element, name, depth),
         };
         match built {
             Some(node) => self.check_depth(file, element, node, depth).map(|()| Some(node)),
             None => Ok(None),
         }
+    }
+
+    /// Returns the node of a DEF that comes after its USE, which is built here; `None` if there is none.
+    fn used_early(
+        &mut self,
+        file: &mut File<'d>,
+        element: Element<'d, 'd>,
+        name: &'d str,
+        depth: usize,
+    ) -> Result<Option<NodeId>, LoadError> {
+        let document = file.document;
+        // The body of a prototype is no scope of the whole file's names.
+        let is_file = file.given.is_none();
+        let all =
+            file.all_defs.get_or_insert_with(|| if is_file { all_defs(document) } else { HashMap::new() });
+        let found = all.get(name).and_then(|id| document.get_node(*id));
+        let typed = found.and_then(|found| Some((found, schema::lookup(found.tag_name().name())?)));
+        let Some((found, ty)) = typed else {
+            self.warn(file, element, format!("USE {name:?} has no DEF, and was skipped"));
+            return Ok(None);
+        };
+        let line = self.sources[file.source].line(found.range().start);
+        self.warn(file, element, format!("USE {name:?} stands before its DEF in line {line}, which is used"));
+        let node = self.node(file, found, ty, depth)?;
+        file.early.insert(found.id(), node);
+        Ok(Some(node))
     }
 
     /// Checks that a node used again here does not exceed the nesting limit.

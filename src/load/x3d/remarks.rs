@@ -3,9 +3,9 @@
 
 use super::build::{Builder, File};
 use super::graph::Origin;
-use crate::load::{FilePosition, LoadWarning};
+use crate::load::{FilePosition, LoadError, LoadWarning};
 use roxmltree::Node as Element;
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 
 /// Most warnings of a scene.
 const MAX_WARNINGS: usize = 1_000;
@@ -21,6 +21,8 @@ pub(super) struct Remarks {
     said: HashSet<(usize, usize, String)>,
     /// Messages already given about types of nodes, by file.
     of_types: HashSet<(usize, String)>,
+    /// Parts of geometries that are left out, by file: the first, and their number.
+    left_out: BTreeMap<usize, (LoadError, u64)>,
     /// True if a name was refused because it leads out of the root.
     pub(super) names_outside: bool,
 }
@@ -75,8 +77,25 @@ impl Builder<'_, '_> {
         }
     }
 
+    /// Counts parts of geometries that are left out of a file, of which this is the first one's error.
+    pub(super) fn leave_out(&mut self, source: usize, error: LoadError, count: u64) {
+        self.remarks.left_out.entry(source).or_insert((error, 0)).1 += count;
+    }
+
+    /// Returns the first part that is left out as the error that it would have been.
+    pub(super) fn first_left_out(&self) -> Option<LoadError> {
+        self.remarks.left_out.values().next().map(|(error, _)| error.clone())
+    }
+
     /// Returns the warnings in the order of the files and of their lines.
     pub(super) fn sorted_warnings(&mut self) -> Vec<LoadWarning> {
+        for (error, count) in std::mem::take(&mut self.remarks.left_out).into_values() {
+            if self.has_room() {
+                let times = if count > 1 { format!(", {count} times in all") } else { String::new() };
+                let message = format!("{}: the face or line is left out{times}", error.kind);
+                self.remarks.warnings.push(LoadWarning { place: error.place, message });
+            }
+        }
         let mut warnings = std::mem::take(&mut self.remarks.warnings);
         let rank = |w: &LoadWarning| {
             let file = self.sources.iter().position(|s| s.name == w.place.file);

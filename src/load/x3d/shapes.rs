@@ -2,7 +2,7 @@
 
 use super::appearance::{self, TextureMap};
 use super::generate::{self, Generator, SurfaceFrame};
-use super::geometry::{self, Built, ColorUse, Fault, Stuff};
+use super::geometry::{self, Built, ColorUse, Fault, LeftOut, Stuff};
 use super::graph::{GraphView, NodeId};
 use super::stages;
 use crate::scene::{Camera, Geometry, Mesh, Object, Style};
@@ -92,16 +92,19 @@ pub(super) fn is_driven(view: &GraphView, parts: &ShapeParts) -> bool {
     own || of_geometry || parts.key.map.is_some_and(|m| view.is_driven(m))
 }
 
-/// Computes the geometry of a shape. Also returns remarks on repaired defects.
-pub(super) fn prepare(view: &GraphView, parts: &ShapeParts) -> Result<(Prepared, Vec<String>), Fault> {
-    let Built { mut mesh, colors, stuff, remarks } =
+/// Computes the geometry of a shape. Also returns remarks on repaired defects, and what was left out.
+pub(super) fn prepare(
+    view: &GraphView,
+    parts: &ShapeParts,
+) -> Result<(Prepared, Vec<String>, LeftOut), Fault> {
+    let Built { mut mesh, colors, stuff, remarks, left_out } =
         geometry::build(view, parts.geometry, parts.key.is_textured)?;
     if let Some(map) = parts.key.map.and_then(|m| TextureMap::read(view, m)) {
         mesh.texcoords.iter_mut().for_each(|tc| *tc = map.apply(*tc));
     }
     mesh.shrink_to_fit();
     let geometry = Arc::new(Geometry { mesh, textures: Vec::new() });
-    Ok((Prepared { geometry, colors, stuff }, remarks))
+    Ok((Prepared { geometry, colors, stuff }, remarks, left_out))
 }
 
 /// Stores a prepared geometry in the cache, and returns its key.
@@ -193,6 +196,7 @@ pub(super) fn object(
             line: stages::line_style(view, parts.appearance),
             fill: stages::fill_style(view, parts.appearance),
             stages,
+            point_size: stages::point_size(view, parts.appearance),
         },
     })
 }

@@ -16,8 +16,8 @@ use super::generate::{self, Generator, Mode, SurfaceFrame};
 use super::geometry::vec2s;
 use super::graph::{GraphView, NodeId};
 use crate::scene::{
-    FillStyle, Hatch, LineKind, LineStyle, MAX_STAGES, Mesh, Sampling, StageFunction, StageMode, StageSource,
-    TextureStage, TextureStages, Wrap,
+    FillStyle, Hatch, LineKind, LineStyle, MAX_POINT_SIZE, MAX_STAGES, Mesh, Sampling, StageFunction,
+    StageMode, StageSource, TextureStage, TextureStages, Wrap,
 };
 use glam::{DVec2, DVec4};
 use std::sync::Arc;
@@ -141,6 +141,17 @@ pub(super) fn line_style(view: &GraphView, appearance: Option<NodeId>) -> LineSt
     let Some(node) = node else { return LineStyle::default() };
     let width = (view.real(node, "linewidthScaleFactor") + 0.5).floor().clamp(1.0, MAX_LINE_WIDTH) as u32;
     LineStyle { width, kind: line_kind(view.ints(node, "linetype").first().copied().unwrap_or(1)).0 }
+}
+
+/// Returns the side of an appearance's points in pixels: the scale factor, which the largest and the
+/// least size bound where they are set to more than their default of 1.
+pub(super) fn point_size(view: &GraphView, appearance: Option<NodeId>) -> u32 {
+    let node = appearance.and_then(|a| view.child(a, "pointProperties"));
+    let Some(node) = node else { return 1 };
+    let [least, most] = ["pointSizeMinValue", "pointSizeMaxValue"].map(|field| view.real(node, field));
+    let most = if most > 1.0 { most } else { f64::from(MAX_POINT_SIZE) };
+    let size = view.real(node, "pointSizeScaleFactor").min(most).max(least);
+    (size + 0.5).floor().clamp(1.0, f64::from(MAX_POINT_SIZE)) as u32
 }
 
 /// Returns the kind for a registered line type, and whether it is that type or only a similar one.

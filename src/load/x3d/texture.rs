@@ -60,12 +60,12 @@ impl Pictures {
                     continue;
                 }
                 Some(Ok(bytes)) => Some((name.clone(), Some(bytes))),
-                None => url::local_paths(folder, name).into_iter().find_map(|path| {
-                    match self.0.contains_key(&path) {
+                None => url::local_paths(folder, name).into_iter().chain(elsewhere(folder, name)).find_map(
+                    |path| match self.0.contains_key(&path) {
                         true => Some((path, None)),
                         false => opener(&path).map(|bytes| (path, Some(bytes))),
-                    }
-                }),
+                    },
+                ),
             };
             let Some((key, bytes)) = found else {
                 reasons.push(match url::is_outside(folder, name) {
@@ -91,6 +91,11 @@ impl Pictures {
         }
         Err(PictureError::Unusable(reasons.join("; ")))
     }
+}
+
+/// Returns the names that a path of another machine may have here.
+pub(super) fn elsewhere(folder: &str, name: &str) -> impl Iterator<Item = String> {
+    url::ends_of_absolute(name).into_iter().map(move |end| format!("{folder}{end}"))
 }
 
 /// Returns the texture of a PixelTexture's image: width, height, components, then one number per

@@ -6,7 +6,7 @@ use super::build::Builder;
 use super::cost;
 use super::flatten::MAX_LIGHTS;
 use super::generate::Mode;
-use super::geometry::{Fault, elevation};
+use super::geometry::{Fault, LeftOut, elevation};
 use super::graph::{GraphView, NodeId, Origin, Overrides};
 use super::shapes::{self, MeshCache, ShapeKey};
 use super::stages;
@@ -44,9 +44,16 @@ impl Meshes {
     }
 }
 
-/// Computes the meshes of a graph. An invalid geometry is an error at its field.
+/// Computes the meshes of a graph. An invalid geometry is an error at its field, and so is the first
+/// part that was left out if nothing at all is left.
 pub(super) fn document(builder: &mut Builder<'_, '_>) -> Result<MeshCache, LoadError> {
     nodes(builder, 0)?;
+    let mut meshes = builder.meshes.keys.iter().filter_map(|key| builder.meshes.cache.get(key));
+    if meshes.all(|prepared| prepared.geometry.mesh.corners.is_empty())
+        && let Some(error) = builder.first_left_out()
+    {
+        return Err(error);
+    }
     let graph = &builder.graph;
     let lights = graph.nodes.iter().filter(|n| n.ty.name.ends_with("Light")).count();
     if lights > MAX_LIGHTS {
@@ -63,7 +70,13 @@ pub(super) fn nodes(builder: &mut Builder<'_, '_>, first: NodeId) -> Result<(), 
     let mut meshes = std::mem::take(&mut builder.meshes);
     let checked = unchecked(builder, first, &mut meshes);
     builder.meshes = meshes;
-    let remarks = checked?;
+    let (remarks, left_out) = checked?;
+    for LeftOut { first, count } in left_out {
+        if let Some(fault) = first {
+            let error = refused(builder, &fault);
+            builder.leave_out(builder.graph.nodes[fault.node as usize].origin.source, error, count);
+        }
+    }
     builder.graph.nodes[first as usize..].iter_mut().for_each(|node| node.is_checked = true);
     for (id, remark) in remarks {
         let origin = builder.graph.nodes[id as usize].origin;
@@ -72,14 +85,16 @@ pub(super) fn nodes(builder: &mut Builder<'_, '_>, first: NodeId) -> Result<(), 
     Ok(())
 }
 
-/// Adds the meshes of nodes that are not checked yet, and returns remarks on nodes.
+/// Adds the meshes of nodes that are not checked yet, and returns remarks on nodes, and what was left
+/// out of geometries.
 fn unchecked(
     builder: &mut Builder<'_, '_>,
     first: NodeId,
     meshes: &mut Meshes,
-) -> Result<Vec<(NodeId, String)>, LoadError> {
+) -> Result<(Vec<(NodeId, String)>, Vec<LeftOut>), LoadError> {
     let still = Overrides::new();
     let mut remarks: Vec<(NodeId, String)> = Vec::new();
+    let mut left_out = Vec::new();
     let view = GraphView { graph: &builder.graph, overrides: &still };
     for id in first..builder.graph.nodes.len() as NodeId {
         if view.node(id).is_checked {
@@ -98,8 +113,12 @@ fn unchecked(
         let node = parts.geometry;
         let of_memory = |kind| refused(builder, &Fault { node, field: "", kind });
         let work = builder.context.memory.work(cost::geometry_bytes(&view, node)).map_err(of_memory)?;
-        let (prepared, of_mesh) = shapes::prepare(&view, &parts).map_err(|f| refused(builder, &f))?;
+        let (prepared, of_mesh, without) =
+            shapes::prepare(&view, &parts).map_err(|f| refused(builder, &f))?;
         remarks.extend(of_mesh.into_iter().map(|r| (parts.geometry, r)));
+        if without.count > 0 {
+            left_out.push(without);
+        }
         let is_made = matches!(view.name(node), "Text" | "Extrusion") || elevation::lacking(&view, node) > 0;
         if is_made || view.node(parts.geometry).is_expanded {
             meshes.made_faces += prepared.geometry.mesh.polygons.len() as u64;
@@ -118,7 +137,7 @@ fn unchecked(
         kept.map_err(|kind| refused(builder, &Fault { node, field: "", kind }))?;
         meshes.keys.push(shapes::store(&mut meshes.cache, &parts, prepared));
     }
-    Ok(remarks)
+    Ok((remarks, left_out))
 }
 
 /// Returns the error of a geometry, at the position of the offending field.

@@ -136,6 +136,19 @@ pub(super) fn read_until(kind: Kind, text: &str, cancel: &CancelToken) -> Result
     }
 }
 
+/// Returns what a text with a wrong count of numbers is read as: a list without its incomplete group,
+/// the first numbers of too many. `None` if there are too few.
+pub(super) fn read_some(kind: Kind, text: &str, cancel: &CancelToken) -> Option<Value> {
+    let mut reals = reals(text, cancel).ok()?;
+    let count = match kind {
+        Kind::Sf(n) if reals.len() > n as usize => n as usize,
+        Kind::Mf(n) => reals.len() / n as usize * n as usize,
+        _ => return None,
+    };
+    reals.truncate(count);
+    Some(Value::Reals(reals.into()))
+}
+
 /// Iterates over the tokens of a list with their byte offsets; white space and commas separate.
 fn tokens(text: &str) -> impl Iterator<Item = (usize, &str)> {
     text.split(|c: char| c.is_ascii_whitespace() || c == ',')

@@ -16,6 +16,7 @@ fn tour_viewer() -> Viewer {
         time: 0.0,
         fps: FRAMES_PER_SECOND,
         cull: None,
+        point_size: None,
         studio: false,
         turntable: false,
         split: None,

@@ -3,7 +3,7 @@
 use super::super::graph::{GraphView, NodeId};
 use super::normals::{default_texcoords, push, smooth};
 use super::vertices::{Vertices, runs};
-use super::{Built, Result, too_few};
+use super::{Built, LeftOut, Result, too_few};
 use crate::scene::{Corner, Mesh, NONE};
 use std::f64::consts::PI;
 
@@ -12,21 +12,25 @@ use std::f64::consts::PI;
 pub(super) fn triangles(view: &GraphView, id: NodeId, is_textured: bool) -> Result<Built> {
     let name = view.name(id);
     let vertices = Vertices::read(view, id);
-    let (triangles, by) = triangle_indices(view, id, vertices.positions.len())?;
+    let mut built = Built { colors: vertices.color_use, ..Built::default() };
+    let (triangles, by) = triangle_indices(view, id, vertices.positions.len(), &mut built.left_out);
     let face_colors = !view.bool(id, "colorPerVertex");
     let face_normals = !view.bool(id, "normalPerVertex");
     let mut mesh = Mesh { positions: vertices.positions.clone(), ..Mesh::default() };
     for (face, indices) in (0_i64..).zip(&triangles) {
-        let mut corners = [Corner { position: 0, normal: NONE, texcoord: NONE, color: NONE }; 3];
-        for (corner, &i) in corners.iter_mut().zip(indices) {
-            corner.position = vertices.position(i, (id, by))?;
-            corner.color = vertices.color(if face_colors { face } else { i }, (id, ""))?;
-            corner.normal = vertices.normal(if face_normals { face } else { i }, (id, ""))?;
-            corner.texcoord = vertices.texcoord(i, (id, ""))?;
+        let corner = |i: i64| {
+            Ok(Corner {
+                position: vertices.position(i, (id, by))?,
+                color: vertices.color(if face_colors { face } else { i }, (id, ""))?,
+                normal: vertices.normal(if face_normals { face } else { i }, (id, ""))?,
+                texcoord: vertices.texcoord(i, (id, ""))?,
+            })
+        };
+        let corners: Result<Vec<Corner>> = indices.iter().map(|i| corner(*i)).collect();
+        if let Some(mut corners) = built.left_out.keep(corners) {
+            push(&mut mesh, &mut corners, view.bool(id, "ccw"));
         }
-        push(&mut mesh, &mut corners, view.bool(id, "ccw"));
     }
-    let mut built = Built { colors: vertices.color_use, ..Built::default() };
     if name == "TriangleSet" && !vertices.positions.len().is_multiple_of(3) {
         built.remarks.push(format!("<{name}> has coordinates left over that make no triangle"));
     }
@@ -36,7 +40,12 @@ pub(super) fn triangles(view: &GraphView, id: NodeId, is_textured: bool) -> Resu
 
 /// Returns the coordinate indices of each triangle, and the field that contains them (empty if they
 /// are implicit).
-fn triangle_indices(view: &GraphView, id: NodeId, count: usize) -> Result<(Vec<[i64; 3]>, &'static str)> {
+fn triangle_indices(
+    view: &GraphView,
+    id: NodeId,
+    count: usize,
+    left_out: &mut LeftOut,
+) -> (Vec<[i64; 3]>, &'static str) {
     let mut triangles = Vec::new();
     let fan = |run: &[i64], out: &mut Vec<[i64; 3]>| {
         out.extend(run.windows(2).skip(1).map(|w| [run[0], w[0], w[1]]))
@@ -51,23 +60,23 @@ fn triangle_indices(view: &GraphView, id: NodeId, count: usize) -> Result<(Vec<[
     match view.name(id) {
         "TriangleSet" => {
             let all: Vec<i64> = (0..count as i64).collect();
-            Ok((all.as_chunks::<3>().0.to_vec(), ""))
+            (all.as_chunks::<3>().0.to_vec(), "")
         }
         "IndexedTriangleSet" => {
             let index = view.ints(id, "index");
-            Ok((index.as_chunks::<3>().0.to_vec(), "index"))
+            (index.as_chunks::<3>().0.to_vec(), "index")
         }
         "IndexedTriangleFanSet" => {
-            for run in runs(view.ints(id, "index"), (id, "index"))? {
+            for run in runs(view.ints(id, "index")) {
                 fan(run, &mut triangles);
             }
-            Ok((triangles, "index"))
+            (triangles, "index")
         }
         "IndexedTriangleStripSet" => {
-            for run in runs(view.ints(id, "index"), (id, "index"))? {
+            for run in runs(view.ints(id, "index")) {
                 strip(run, &mut triangles);
             }
-            Ok((triangles, "index"))
+            (triangles, "index")
         }
         name => {
             let is_fan = name == "TriangleFanSet";
@@ -75,17 +84,14 @@ fn triangle_indices(view: &GraphView, id: NodeId, count: usize) -> Result<(Vec<[
             let mut first = 0;
             for &n in view.ints(id, field) {
                 if n < 3 {
-                    return Err(too_few(
-                        id,
-                        field,
-                        format!("expected counts of 3 or more in {field}"),
-                        n.max(0) as usize,
-                    ));
+                    let expected = format!("expected counts of 3 or more in {field}");
+                    left_out.note(too_few(id, field, expected, n.max(0) as usize));
                 }
                 if first + n > count as i64 {
                     let expected = format!("expected {field} to count no more than the {count} coordinates");
-                    return Err(too_few(id, field, expected, (first + n) as usize));
+                    left_out.note(too_few(id, field, expected, (first + n) as usize));
                 }
+                let n = n.clamp(0, count as i64 - first);
                 let run: Vec<i64> = (first..first + n).collect();
                 match is_fan {
                     true => fan(&run, &mut triangles),
@@ -93,7 +99,7 @@ fn triangle_indices(view: &GraphView, id: NodeId, count: usize) -> Result<(Vec<[
                 }
                 first += n;
             }
-            Ok((triangles, ""))
+            (triangles, "")
         }
     }
 }
@@ -102,37 +108,37 @@ fn triangle_indices(view: &GraphView, id: NodeId, count: usize) -> Result<(Vec<[
 /// triangulated correctly, whatever `convex` is.
 pub(super) fn indexed_face_set(view: &GraphView, id: NodeId, is_textured: bool) -> Result<Built> {
     let vertices = Vertices::read(view, id);
-    let faces = runs(view.ints(id, "coordIndex"), (id, "coordIndex"))?;
-    let texcoords = Lookup::per_corner(view, id, "texCoordIndex", Some(vertices.texcoords.len()))?;
+    let faces = runs(view.ints(id, "coordIndex"));
+    let texcoords = Lookup::per_corner(view, id, "texCoordIndex", Some(vertices.texcoords.len()));
     let lookup = |field, per_vertex: &str, fallback| match view.bool(id, per_vertex) {
         true => Lookup::per_corner(view, id, field, fallback),
-        false => Ok(Lookup::per_face(view, id, field, fallback)),
+        false => Lookup::per_face(view, id, field, fallback),
     };
-    let colors = lookup("colorIndex", "colorPerVertex", Some(vertices.colors.len()))?;
-    let normals = lookup("normalIndex", "normalPerVertex", None)?;
+    let colors = lookup("colorIndex", "colorPerVertex", Some(vertices.colors.len()));
+    let normals = lookup("normalIndex", "normalPerVertex", None);
     let mut mesh = Mesh { positions: vertices.positions.clone(), ..Mesh::default() };
     let mut built = Built { colors: vertices.color_use, ..Built::default() };
     let mut thin = 0;
-    let mut corners = Vec::new();
-    for (face, indices) in faces.iter().enumerate() {
-        corners.clear();
-        for (k, &i) in indices.iter().enumerate() {
-            let position = vertices.position(i, (id, "coordIndex"))?;
-            let mut corner = Corner { position, normal: NONE, texcoord: NONE, color: NONE };
-            if vertices.color_use != super::ColorUse::None {
-                let (i, by) = colors.of(face, k, i)?;
-                corner.color = vertices.color(i, by)?;
-            }
-            if !vertices.normals.is_empty() {
-                let (i, by) = normals.of(face, k, i)?;
-                corner.normal = vertices.normal(i, by)?;
-            }
-            if !vertices.texcoords.is_empty() {
-                let (i, by) = texcoords.of(face, k, i)?;
-                corner.texcoord = vertices.texcoord(i, by)?;
-            }
-            corners.push(corner);
+    let corner = |face: usize, k: usize, i: i64| {
+        let position = vertices.position(i, (id, "coordIndex"))?;
+        let mut corner = Corner { position, normal: NONE, texcoord: NONE, color: NONE };
+        if vertices.color_use != super::ColorUse::None {
+            let (i, by) = colors.of(face, k, i)?;
+            corner.color = vertices.color(i, by)?;
         }
+        if !vertices.normals.is_empty() {
+            let (i, by) = normals.of(face, k, i)?;
+            corner.normal = vertices.normal(i, by)?;
+        }
+        if !vertices.texcoords.is_empty() {
+            let (i, by) = texcoords.of(face, k, i)?;
+            corner.texcoord = vertices.texcoord(i, by)?;
+        }
+        Ok(corner)
+    };
+    for (face, indices) in faces.iter().enumerate() {
+        let corners: Result<Vec<Corner>> = (0..).zip(*indices).map(|(k, i)| corner(face, k, *i)).collect();
+        let Some(mut corners) = built.left_out.keep(corners) else { continue };
         match corners.len() {
             0..3 => thin += 1,
             _ => push(&mut mesh, &mut corners, view.bool(id, "ccw")),
@@ -163,15 +169,10 @@ enum Lookup<'a> {
 }
 
 impl<'a> Lookup<'a> {
-    fn per_corner(
-        view: &GraphView<'a>,
-        node: NodeId,
-        field: &'static str,
-        fallback: Option<usize>,
-    ) -> Result<Self> {
+    fn per_corner(view: &GraphView<'a>, node: NodeId, field: &'static str, fallback: Option<usize>) -> Self {
         match view.ints(node, field) {
-            [] => Ok(Lookup::Shared(node)),
-            list => Ok(Lookup::Corner { node, field, runs: runs(list, (node, field))?, fallback }),
+            [] => Lookup::Shared(node),
+            list => Lookup::Corner { node, field, runs: runs(list), fallback },
         }
     }
 

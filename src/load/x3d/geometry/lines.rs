@@ -2,7 +2,7 @@
 
 use super::super::graph::{GraphView, NodeId};
 use super::vertices::{Vertices, runs};
-use super::{Built, ColorUse, Result, Stuff, too_few};
+use super::{Built, ColorUse, LeftOut, Result, Stuff, too_few};
 use crate::scene::{Corner, Mesh, NONE};
 
 /// Returns a mesh with a geometry's vertices, without corners.
@@ -27,12 +27,21 @@ fn shared(vertices: &Vertices, id: NodeId, i: i64) -> Result<Corner> {
     })
 }
 
+/// Adds the segments of a line, if there is one.
+fn add_line(line: Option<Vec<Corner>>, corners: &mut Vec<Corner>, lines: &mut Vec<[u32; 2]>) {
+    let line = line.unwrap_or_default();
+    let first = corners.len() as u32;
+    lines.extend((1..line.len() as u32).map(|k| [first + k - 1, first + k]));
+    corners.extend(line);
+}
+
 /// Builds a PointSet.
 pub(super) fn points(view: &GraphView, id: NodeId) -> Result<Built> {
     let vertices = Vertices::read(view, id);
-    let corners =
-        (0..vertices.positions.len() as i64).map(|i| shared(&vertices, id, i)).collect::<Result<_>>()?;
-    let mut built = start(vertices);
+    let mut left_out = LeftOut::default();
+    let all = 0..vertices.positions.len() as i64;
+    let corners = all.filter_map(|i| left_out.keep(shared(&vertices, id, i))).collect();
+    let mut built = Built { left_out, ..start(vertices) };
     built.mesh.corners = corners;
     built.mesh.points = (0..built.mesh.corners.len() as u32).collect();
     Ok(built)
@@ -43,23 +52,22 @@ pub(super) fn line_set(view: &GraphView, id: NodeId) -> Result<Built> {
     let vertices = Vertices::read(view, id);
     let count = vertices.positions.len() as i64;
     let (mut corners, mut lines, mut first) = (Vec::new(), Vec::new(), 0);
+    let mut left_out = LeftOut::default();
     for &n in view.ints(id, "vertexCount") {
         if n < 2 {
             let expected = "expected counts of 2 or more in vertexCount".into();
-            return Err(too_few(id, "vertexCount", expected, n.max(0) as usize));
+            left_out.note(too_few(id, "vertexCount", expected, n.max(0) as usize));
         }
         if first + n > count {
             let expected = format!("expected vertexCount to count no more than the {count} coordinates");
-            return Err(too_few(id, "vertexCount", expected, (first + n) as usize));
+            left_out.note(too_few(id, "vertexCount", expected, (first + n) as usize));
         }
-        let start = corners.len() as u32;
-        for i in first..first + n {
-            corners.push(shared(&vertices, id, i)?);
-        }
-        lines.extend((start..corners.len() as u32 - 1).map(|a| [a, a + 1]));
+        let n = n.clamp(0, count - first);
+        let line: Result<Vec<Corner>> = (first..first + n).map(|i| shared(&vertices, id, i)).collect();
+        add_line(left_out.keep(line), &mut corners, &mut lines);
         first += n;
     }
-    let mut built = start(vertices);
+    let mut built = Built { left_out, ..start(vertices) };
     built.mesh.corners = corners;
     built.mesh.lines = lines;
     Ok(built)
@@ -71,15 +79,15 @@ pub(super) fn indexed_line_set(view: &GraphView, id: NodeId) -> Result<Built> {
     let per_vertex = view.bool(id, "colorPerVertex");
     let color_index = view.ints(id, "colorIndex");
     let color_runs = match per_vertex && !color_index.is_empty() {
-        true => runs(color_index, (id, "colorIndex"))?,
+        true => runs(color_index),
         false => Vec::new(),
     };
     let normal_index = view.ints(id, "normalIndex");
-    let normal_runs = runs(normal_index, (id, "normalIndex"))?;
+    let normal_runs = runs(normal_index);
     let (mut corners, mut lines, mut put_in) = (Vec::new(), Vec::new(), 0);
-    for (line, run) in runs(view.ints(id, "coordIndex"), (id, "coordIndex"))?.into_iter().enumerate() {
-        let start = corners.len() as u32;
-        for (k, &i) in run.iter().enumerate() {
+    let mut left_out = LeftOut::default();
+    for (line, run) in runs(view.ints(id, "coordIndex")).into_iter().enumerate() {
+        let corner = |(k, &i): (usize, &i64)| {
             let missing = |field: &'static str| {
                 too_few(
                     id,
@@ -121,11 +129,12 @@ pub(super) fn indexed_line_set(view: &GraphView, id: NodeId) -> Result<Built> {
                 }
             };
             let position = vertices.position(i, (id, "coordIndex"))?;
-            corners.push(Corner { position, normal, texcoord: NONE, color });
-        }
-        lines.extend((start..(corners.len() as u32).max(start + 1) - 1).map(|a| [a, a + 1]));
+            Ok(Corner { position, normal, texcoord: NONE, color })
+        };
+        let made: Result<Vec<Corner>> = run.iter().enumerate().map(corner).collect();
+        add_line(left_out.keep(made), &mut corners, &mut lines);
     }
-    let mut built = start(vertices);
+    let mut built = Built { left_out, ..start(vertices) };
     if put_in > 0 {
         built
             .remarks

@@ -9,7 +9,8 @@
 //! Beyond the standard: missing parts of a list are replaced with a remark where the rest of the
 //! picture can then be shown (`texCoordIndex` and `colorIndex` whose runs differ from those of
 //! `coordIndex`, some heights of a grid); a grid without heights or a geometry with coordinates of
-//! an unknown type is left out with a remark; an index out of range is an error.
+//! an unknown type is left out with a remark; so is a face, a line or a point with an index out of
+//! range, counted over the file.
 
 pub(super) mod elevation;
 mod extrusion;
@@ -62,6 +63,28 @@ pub(super) struct Built {
     pub(super) stuff: Stuff,
     /// Remarks on repaired defects, for the file's warnings.
     pub(super) remarks: Vec<String>,
+    /// Faces, lines and points that are left out.
+    pub(super) left_out: LeftOut,
+}
+
+/// Parts of geometries that are left out because of an index or a count: the first fault, and their
+/// number.
+#[derive(Clone, Debug, Default)]
+pub(super) struct LeftOut {
+    pub(super) first: Option<Fault>,
+    pub(super) count: u64,
+}
+
+impl LeftOut {
+    /// Returns what was made, or counts the part that it is missing from.
+    fn keep<T>(&mut self, made: Result<T>) -> Option<T> {
+        made.map_err(|fault| self.note(fault)).ok()
+    }
+
+    fn note(&mut self, fault: Fault) {
+        self.count += 1;
+        self.first.get_or_insert(fault);
+    }
 }
 
 /// Error in a geometry, with the offending field.

@@ -1,7 +1,7 @@
 //! Property nodes of a geometry: coordinates, colours, normals, texture coordinates.
 
 use super::super::graph::{GraphView, NodeId};
-use super::{ColorUse, Fault, Result, index};
+use super::{ColorUse, Result, index};
 use crate::scene::NONE;
 use glam::{DVec2, DVec3, DVec4};
 
@@ -102,15 +102,11 @@ impl Vertices {
 }
 
 /// Splits a list into the runs between -1. The last run needs no -1; other negative numbers are
-/// errors.
-pub(super) fn runs<'a>(list: &'a [i64], by: (NodeId, &'static str)) -> Result<Vec<&'a [i64]>> {
-    let kind = |index| crate::load::LoadErrorKind::Index { what: "list", index, count: list.len() as u64 };
-    if let Some(&bad) = list.iter().find(|i| **i < -1) {
-        return Err(Fault { node: by.0, field: by.1, kind: kind(bad) });
-    }
+/// indices out of range.
+pub(super) fn runs(list: &[i64]) -> Vec<&[i64]> {
     let mut runs: Vec<&[i64]> = list.split(|i| *i == -1).collect();
     if runs.last().is_some_and(|r| r.is_empty()) {
         runs.pop();
     }
-    Ok(runs)
+    runs
 }

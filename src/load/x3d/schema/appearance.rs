@@ -22,7 +22,15 @@ pub(super) const NODES: &[NodeDef] = &[
     n(
         "Appearance",
         "appearance",
-        &["material", "backMaterial", "texture", "textureTransform", "fillProperties", "lineProperties"],
+        &[
+            "material",
+            "backMaterial",
+            "texture",
+            "textureTransform",
+            "fillProperties",
+            "lineProperties",
+            "pointProperties",
+        ],
         &[&[f("alphaCutoff", Sf(1), "0.5"), f("alphaMode", Text, "AUTO")]],
     ),
     n(
@@ -136,6 +144,17 @@ pub(super) const NODES: &[NodeDef] = &[
         "lineProperties",
         &[],
         &[&[f("applied", Bool, "true"), f("linetype", Int, "1"), f("linewidthScaleFactor", Sf(1), "0")]],
+    ),
+    n(
+        "PointProperties",
+        "pointProperties",
+        &[],
+        &[&[
+            f("attenuation", Sf(3), "1 0 0"),
+            f("pointSizeMaxValue", Sf(1), "1"),
+            f("pointSizeMinValue", Sf(1), "1"),
+            f("pointSizeScaleFactor", Sf(1), "1"),
+        ]],
     ),
     n(
         "FillProperties",
