@@ -1,7 +1,7 @@
 //! The worked example of `CONTRIBUTING.md`, which adds a verb, in a language of its own: the page's
 //! row stands here as it is, so that it compiles, and is read, checked and written. Its function
-//! stands in `draw2d/example.rs`; `framebuffer/draw2d.rs` makes its method, and
-//! `server/engine/example.rs` runs it on the engine.
+//! stands in `draw2d/example.rs` of `fbptr-core`; `framebuffer/draw2d.rs` makes its method, and
+//! `engine/example.rs` of `fbptr-engine` runs such a row on the engine.
 
 use super::args::{Args, ParseError};
 use super::arguments::*;
@@ -29,6 +29,18 @@ pub(crate) use example_verbs;
 
 example_verbs! { language }
 
+/// The function of the example, which the page adds to [`FigureTarget`].
+trait DrawCross {
+    fn cross(&mut self, x: i32, y: i32, r: i32, color: Rgba);
+}
+
+impl DrawCross for FigureTarget<'_> {
+    fn cross(&mut self, x: i32, y: i32, r: i32, color: Rgba) {
+        self.line([x.saturating_sub(r), y], [x.saturating_add(r), y], color.into());
+        self.line([x, y.saturating_sub(r)], [x, y.saturating_add(r)], color.into());
+    }
+}
+
 /// Returns the command of a line of the language.
 fn read(line: &str) -> Result<Command, ParseError> {
     let (verb, words) = line.split_once(' ').expect("a verb and words");
@@ -36,12 +48,6 @@ fn read(line: &str) -> Result<Command, ParseError> {
     let mut args = Args::new(words.as_bytes());
     assert!(TABLE[row].arity.allows(args.count()), "{line}");
     PARSERS[row].expect("a text verb")(&mut args)
-}
-
-/// Returns the command of a valid line, for the engine's test.
-#[cfg(feature = "server")]
-pub(crate) fn command_of(line: &str) -> Command {
-    read(line).expect("a line of the example")
 }
 
 #[test]
@@ -75,8 +81,8 @@ fn the_examples_row_says_all_that_others_are_told() {
 #[test]
 fn the_pages_lines_stand_here() {
     let lines = |text: &str| text.lines().map(|l| l.trim().to_owned()).collect::<Vec<_>>();
-    let here = [include_str!("example.rs"), include_str!("../draw2d/example.rs")].map(lines);
-    let page = include_str!("../../CONTRIBUTING.md");
+    let here = [include_str!("example.rs"), include_str!("../../core/src/draw2d/example.rs")].map(lines);
+    let page = include_str!("../../../CONTRIBUTING.md");
     let blocks: Vec<&str> =
         page.split("```rust\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
     assert_eq!(blocks.len(), 3, "the row, the function and the test");

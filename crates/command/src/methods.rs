@@ -6,6 +6,8 @@
 //! that are easier to write.
 
 /// Gives what is in braces, unless the methods of this function's verb are written by hand.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! unless_written {
     (help $_:tt) => {};
     (size $_:tt) => {};
@@ -51,12 +53,14 @@ macro_rules! unless_written {
     (set_title $_:tt) => {};
     (pause $_:tt) => {};
     ($function:ident $made:tt) => {
-        $crate::command::unless_written_elsewhere! { $function $made }
+        $crate::unless_written_elsewhere! { $function $made }
     };
 }
 
 /// Gives what is in braces, unless the methods of this function's verb are written by hand; the
 /// second half of the list.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! unless_written_elsewhere {
     (line_aa $_:tt) => {};
     (set_blend $_:tt) => {};
@@ -120,85 +124,4 @@ macro_rules! each_figure {
     ($with:ident $target:ident $rows:tt) => {};
 }
 
-/// Makes the methods of `Client`, and the function `made_methods` that lists their verbs.
-#[cfg(feature = "server")]
-macro_rules! client_methods {
-    (nested $nested:tt; $($group:ident $encoding:ident $target:ident $rows:tt)*) => {
-        $( client_methods! { $target $rows } )*
-
-        /// Returns the verbs whose methods are made.
-        #[cfg(test)]
-        pub(super) fn made_methods() -> Vec<&'static str> {
-            #[allow(unused_mut, reason = "all may be written by hand")]
-            let mut made = Vec::new();
-            $( client_methods! { @list made $target $rows } )*
-            made
-        }
-    };
-    (@list $made:ident Projection $rows:tt) => {};
-    (@list $made:ident $target:ident {$(
-        $verb:ident
-        $( $variant:ident
-            $({ $($f:ident $([$w:literal])? : $t:ty $(= $k:ty)?),* $(,)? })?
-            $(( $($g:ident $([$x:literal])? : $u:ty $(= $l:ty)?),* ))?
-            = $way:ident $function:ident
-            $(with $($hooked:ident = $hook:ident),+)?
-        )|+
-        $(-> $reply:ident)?
-        $(in $reach:ident)?
-        : $forms:tt eg $example:literal;
-    )*}) => {
-        $($( unless_written! { $function { $made.push(stringify!($verb)); } } )+)*
-    };
-    // One method takes all projections.
-    (Projection $rows:tt) => {};
-    ($target:ident {$(
-        $verb:ident
-        $( $variant:ident
-            $({ $($f:ident $([$w:literal])? : $t:ty $(= $k:ty)?),* $(,)? })?
-            $(( $($g:ident $([$x:literal])? : $u:ty $(= $l:ty)?),* ))?
-            = $way:ident $function:ident
-            $(with $($hooked:ident = $hook:ident),+)?
-        )|+
-        $(-> $reply:ident)?
-        $(in $reach:ident)?
-        : $forms:tt eg $example:literal;
-    )*}) => {
-        $( client_methods! {
-            $target $verb [$($reply)?]
-            $( $function $variant $({ $($f: $t),* })? $(( $($g: $u),* ))? )|+
-        } )*
-    };
-    ($target:ident $verb:ident $reply:tt $(
-        $function:ident $variant:ident
-        $({ $($f:ident : $t:ty),* })? $(( $($g:ident : $u:ty),* ))?
-    )|+) => {
-        $( unless_written! { $function {
-            impl Client {
-                client_methods! {
-                    $reply $function (concat!("Sends `", stringify!($verb), "`, with its arguments in order."))
-                    [$($($f: $t,)*)? $($($g: $u,)*)?]
-                    ($target::$variant $({ $($f: $f.into()),* })? $(( $($g.into()),* ))?)
-                }
-            }
-        } } )+
-    };
-    ([] $function:ident ($doc:expr) [$($f:ident : $t:ty,)*] ($made:expr)) => {
-        #[doc = $doc]
-        pub fn $function(&self, $($f: impl Into<$t>),*) {
-            self.send(Command::from($made));
-        }
-    };
-    ([$reply:ident] $function:ident ($doc:expr) [$($f:ident : $t:ty,)*] ($made:expr)) => {
-        #[doc = $doc]
-        ///
-        /// # Errors
-        /// If the command is refused, or the render thread has ended.
-        pub fn $function(&self, $($f: impl Into<$t>),*) -> Result<Vec<u8>, Fault> {
-            self.ask(Command::from($made))
-        }
-    };
-}
-#[cfg(feature = "server")]
-pub(crate) use client_methods;
-pub(crate) use {each_figure, unless_written, unless_written_elsewhere};
+pub(crate) use each_figure;

@@ -27,6 +27,8 @@ use glam::{DMat4, DVec3};
 
 /// Gives all rows of the table to a macro: `verbs! { language }` defines the language by them, and
 /// the engine makes its dispatch of them.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! verbs { ($with:ident $($more:tt)*) => { $with! { $($more)*
 nested [Figure(Figure) = fn figure, Projection(Box<Projection>) = fn set_projection];
 
@@ -280,6 +282,4 @@ Control Text Command {
     ] eg "SNAP frame.png";
 }
 }}}
-pub(crate) use verbs;
-
 verbs! { language }

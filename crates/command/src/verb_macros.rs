@@ -166,7 +166,7 @@ macro_rules! table {
         : $forms:tt eg $example:literal;
     )*} )*) => {
         /// All verbs, in the order of HELP.
-        pub(in crate::command) static TABLE: &[Verb] = &[$($(
+        pub(crate) static TABLE: &[Verb] = &[$($(
             Verb {
                 name: stringify!($verb),
                 group: Group::$group,
@@ -191,7 +191,7 @@ macro_rules! table {
         )*)*];
 
         /// Parsers of the verbs, by their place in `TABLE`.
-        pub(in crate::command) static PARSERS: &[Option<Parse<Command>>] = &[$($(
+        pub(crate) static PARSERS: &[Option<Parse<Command>>] = &[$($(
             parser!($encoding $target $($variant
                 $({ $($f: $t $(= $k)?),* })? $(( $($g: $u $(= $l)?),* ))?
             )|+),

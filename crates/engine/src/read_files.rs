@@ -9,7 +9,7 @@ use std::hash::{BuildHasher, RandomState};
 use std::sync::Arc;
 
 /// File contents by the names that a command uses.
-pub(super) type FileSet = HashMap<String, Arc<[u8]>>;
+pub type FileSet = HashMap<String, Arc<[u8]>>;
 
 /// A file that a command has read.
 #[derive(Debug)]

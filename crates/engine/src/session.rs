@@ -30,7 +30,7 @@ pub enum Audience {
 
 /// Source of the files that a connection's commands name.
 #[derive(Debug)]
-pub(super) enum FileAccess {
+pub enum FileAccess {
     /// The load folder.
     LoadFolder,
     /// The recording that is replayed; these files are for the next command that reads any.
@@ -84,7 +84,7 @@ pub struct Session {
     /// Magnification of letters, set by `TEXTSIZE`.
     pub text_size: u8,
     /// Its canvases, its target and its clip rectangle.
-    pub(super) surfaces: Surfaces,
+    pub surfaces: Surfaces,
     /// Receiver of its errors.
     pub audience: Audience,
     /// Mode set by `ERRORS`; `None` if it was not used.
@@ -136,7 +136,7 @@ pub struct Session {
     /// Reasons of empty draws that were explained already, one bit each.
     pub(super) explained_draws: u16,
     /// Source of files for its commands.
-    pub(super) file_access: FileAccess,
+    pub file_access: FileAccess,
     /// The memory budget's reservation for its matrices.
     pub(super) held: Option<Reservation>,
     /// The memory reserved for the payload of the current command, until the command takes it over.

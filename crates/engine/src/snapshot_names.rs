@@ -5,7 +5,7 @@ use std::path::Path;
 const PREFIX: &str = "wall-";
 const ENDING: &str = ".png";
 /// Most pictures of one second, which differ by a number.
-pub(super) const MOST_A_SECOND: u32 = 1000;
+pub const MOST_A_SECOND: u32 = 1000;
 
 /// Returns whether a file name has the form of periodic snapshots; `SNAP` must not write such
 /// files.
@@ -15,7 +15,7 @@ pub(super) fn is_own_name(name: &str) -> bool {
 }
 
 /// Parses `wall-YYYYMMDD-HHMMSS[-N].png`. Returns the time and the number.
-pub(super) fn parse_name(name: &str) -> Option<(String, u32)> {
+pub fn parse_name(name: &str) -> Option<(String, u32)> {
     let middle = name.strip_prefix(PREFIX)?.strip_suffix(ENDING)?;
     let (stamp, number) = match middle.get(15..)? {
         "" => (middle, 0),
@@ -28,7 +28,7 @@ pub(super) fn parse_name(name: &str) -> Option<(String, u32)> {
 }
 
 /// Returns the name of the picture of a second with this number.
-pub(super) fn format_name(stamp: &str, number: u32) -> String {
+pub fn format_name(stamp: &str, number: u32) -> String {
     match number {
         0 => format!("{PREFIX}{stamp}{ENDING}"),
         n => format!("{PREFIX}{stamp}-{n}{ENDING}"),

@@ -16,7 +16,7 @@ const NAME_BYTES: u64 = 128;
 
 /// Surfaces that a connection may draw on.
 #[derive(Debug, Default)]
-pub(super) struct Surfaces {
+pub struct Surfaces {
     /// The clip rectangle, in pixels of the target.
     pub clip: Option<Rect>,
     /// Name of the canvas that is drawn on; `None` is the frame.

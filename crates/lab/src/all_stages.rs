@@ -5,8 +5,8 @@
 //! fogged by fog that begins too far away. Promise: colours change by less than 1e-8 of full.
 //! Blending, sorting and the division by w are left as they are: they would change the picture.
 
-use crate::pipeline::{DepthUse, SceneOptions};
-use crate::scene::{
+use fbptr_core::pipeline::{DepthUse, SceneOptions};
+use fbptr_core::scene::{
     Filter, Fog, FogKind, Geometry, Light, LightingModel, Material, Object, Sampling, Scene, Texture,
 };
 use glam::{DVec2, DVec3};

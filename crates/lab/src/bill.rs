@@ -6,9 +6,9 @@
 //! faces by it (culling, depth), leaving it out costs, and the time is negative: so much is saved.
 
 use super::clock::{self, Timing};
-use crate::memory::{DepthFormat, VideoMemory};
-use crate::pipeline::{DrawStats, Part, PathCounts, PipelineError, Plan, Renderer, SceneOptions, Target};
-use crate::scene::{Cull, HiddenSurface, Scene};
+use fbptr_core::memory::{DepthFormat, VideoMemory};
+use fbptr_core::pipeline::{DrawStats, Part, PathCounts, PipelineError, Plan, Renderer, SceneOptions, Target};
+use fbptr_core::scene::{Cull, HiddenSurface, Scene};
 use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
@@ -220,8 +220,8 @@ impl fmt::Display for Bill {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pipeline::RenderOptions;
-    use crate::truth::scenes::lit_triangle;
+    use fbptr_core::pipeline::RenderOptions;
+    use fbptr_truth::scenes::lit_triangle;
 
     #[test]
     fn a_frame_is_billed_for_the_parts_of_its_plan() {

@@ -4,9 +4,9 @@
 use super::clock::Work;
 use super::coverage_drawn::{DrawnMesh, Hits};
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
-use crate::math::coverage::{PixelRect, SnappedTriangle};
-use crate::truth::scenes::Random;
-use crate::truth::ulp_f32;
+use fbptr_core::math::coverage::{PixelRect, SnappedTriangle};
+use fbptr_truth::scenes::Random;
+use fbptr_truth::ulp_f32;
 
 /// Experiment on coverage.
 pub(super) const COVERAGE: Experiment = Experiment {

@@ -7,9 +7,9 @@
 use super::coverage::Corners;
 use super::experiment::Effort;
 use super::picture::BenchFrame;
-use crate::math::coverage::PixelRect;
-use crate::scene::{Camera, Corner, Cull, LightingModel, LookAt, Material, Mesh, NONE, Projection, Scene};
-use crate::truth::scenes::object;
+use fbptr_core::math::coverage::PixelRect;
+use fbptr_core::scene::{Camera, Corner, Cull, LightingModel, LookAt, Material, Mesh, NONE, Projection, Scene};
+use fbptr_truth::scenes::object;
 use glam::DVec3;
 
 /// Number of faces that hit a pixel (2 for more), and the owner.

@@ -2,10 +2,10 @@
 
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
 use super::picture::{BenchFrame, drawn_in_turns};
-use crate::memory::DepthFormat;
-use crate::scene::{Camera, Corner, Cull, LightingModel, LookAt, Material, Mesh, NONE, Projection, Scene};
-use crate::truth::scenes::{Case, Random, object};
-use crate::truth::{DoubleDouble, Settings};
+use fbptr_core::memory::DepthFormat;
+use fbptr_core::scene::{Camera, Corner, Cull, LightingModel, LookAt, Material, Mesh, NONE, Projection, Scene};
+use fbptr_truth::scenes::{Case, Random, object};
+use fbptr_truth::{DoubleDouble, Settings};
 use glam::DVec3;
 
 /// Experiment on depth formats.
@@ -66,8 +66,8 @@ impl Range {
             DepthFormat::U16 => 1.0 / 65_535.0,
             DepthFormat::U24 => 1.0 / 16_777_215.0,
             DepthFormat::U32 => 1.0 / 4_294_967_295.0,
-            DepthFormat::F32 => crate::truth::ulp_f32(z),
-            DepthFormat::Reversed => crate::truth::ulp_f32(complement),
+            DepthFormat::F32 => fbptr_truth::ulp_f32(z),
+            DepthFormat::Reversed => fbptr_truth::ulp_f32(complement),
         }
     }
 }

@@ -1,9 +1,9 @@
 //! Experiments and the rows of their tables.
 
 use super::clock::{self, Timing, Work};
-use crate::pipeline::{RenderOptions, Renderer};
-use crate::server::worker_pool;
-use crate::simd::Level;
+use fbptr_core::pipeline::{RenderOptions, Renderer};
+use fbptr_server::worker_pool;
+use fbptr_core::simd::Level;
 use std::time::Duration;
 
 /// Size of the subjects, and time budget.

@@ -6,12 +6,12 @@ use super::fibre_fan::{shown, spread};
 use super::memory;
 use super::scaling::{Scaling, ScalingPoint};
 use super::threads::standing_of;
-use crate::executor::Executor;
-use crate::eye::shapes::{DemoScene, Shape, cross_polytope, cube};
-use crate::eye::{EyePicture, EyeScene, Fibre, render_with};
-use crate::truth::eye::{SeenPoint, see};
-use crate::truth::scenes::Random;
-use crate::truth::{DoubleDouble, Rational};
+use fbptr_core::executor::Executor;
+use fbptr_core::eye::shapes::{DemoScene, Shape, cross_polytope, cube};
+use fbptr_core::eye::{EyePicture, EyeScene, Fibre, render_with};
+use fbptr_truth::eye::{SeenPoint, see};
+use fbptr_truth::scenes::Random;
+use fbptr_truth::{DoubleDouble, Rational};
 use serde_json::json;
 use std::sync::Arc;
 

@@ -2,11 +2,11 @@
 
 use super::clock::Work;
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
-use crate::executor::Executor;
-use crate::eye::{EyePicture, EyeScene, Fibre, MISS, render_with};
-use crate::truth::eye::{SeenPoint, see};
-use crate::truth::scenes::Random;
-use crate::truth::{DoubleDouble, Rational};
+use fbptr_core::executor::Executor;
+use fbptr_core::eye::{EyePicture, EyeScene, Fibre, MISS, render_with};
+use fbptr_truth::eye::{SeenPoint, see};
+use fbptr_truth::scenes::Random;
+use fbptr_truth::{DoubleDouble, Rational};
 use serde_json::json;
 
 /// Experiment on fans of rays.

@@ -8,15 +8,15 @@ mod extremes;
 mod eye;
 
 use super::picture::{Buffers, truth};
-use crate::draw2d::over;
-use crate::executor::ThreadPool;
-use crate::memory::DepthFormat;
-use crate::pipeline::{RenderOptions, RenderPath, Renderer};
-use crate::server::worker_pool;
-use crate::simd::Level;
-use crate::truth::compare::{Comparison, compare};
-use crate::truth::hard_cases;
-use crate::truth::scenes::Case;
+use fbptr_core::draw2d::over;
+use fbptr_core::executor::ThreadPool;
+use fbptr_core::memory::DepthFormat;
+use fbptr_core::pipeline::{RenderOptions, RenderPath, Renderer};
+use fbptr_server::worker_pool;
+use fbptr_core::simd::Level;
+use fbptr_truth::compare::{Comparison, compare};
+use fbptr_truth::hard_cases;
+use fbptr_truth::scenes::Case;
 use std::sync::Arc;
 
 /// Result of one hard case.

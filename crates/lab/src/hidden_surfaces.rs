@@ -2,12 +2,12 @@
 
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
 use super::picture;
-use crate::memory::DepthFormat;
-use crate::scene::{Cull, HiddenSurface, LightingModel, Material, Object, Scene, shapes};
-use crate::truth::compare::nearest_bytes;
-use crate::truth::metrics::compare_bytes;
-use crate::truth::scenes::{Case, object};
-use crate::truth::{Settings, Transparency};
+use fbptr_core::memory::DepthFormat;
+use fbptr_core::scene::{Cull, HiddenSurface, LightingModel, Material, Object, Scene, shapes};
+use fbptr_truth::compare::nearest_bytes;
+use fbptr_truth::metrics::compare_bytes;
+use fbptr_truth::scenes::{Case, object};
+use fbptr_truth::{Settings, Transparency};
 use glam::{DMat4, DVec3};
 
 /// Experiment on hidden surfaces.
@@ -44,7 +44,7 @@ fn cycle() -> Vec<Object> {
         .map(|k| {
             let angle = k as f64 * std::f64::consts::TAU / 3.0;
             let positions = [[-1.6, -0.9, -0.5], [1.6, -0.9, 0.5], [1.6, -0.3, 0.5], [-1.6, -0.3, -0.5]];
-            let mesh = crate::scene::Mesh::from_triangles(
+            let mesh = fbptr_core::scene::Mesh::from_triangles(
                 positions.map(DVec3::from_array).to_vec(),
                 &[[0, 1, 2], [0, 2, 3]],
             );
@@ -63,7 +63,7 @@ fn knot(effort: &Effort) -> Vec<Object> {
     let (nu, nv) = effort.pick((48, 10), (160, 24));
     let mut o = object("knot", shapes::knot(nu, nv).expect("a knot of some quads"));
     let size = o.geometry.mesh.bounds().map_or(1.0, |(lo, hi)| (hi - lo).max_element());
-    o.model = crate::math::matrix::scale(DVec3::splat(3.2 / size));
+    o.model = fbptr_core::math::matrix::scale(DVec3::splat(3.2 / size));
     // Every polygon has its own colour, so that a wrong one is visible.
     let geometry = std::sync::Arc::make_mut(&mut o.geometry);
     let mesh = &mut geometry.mesh;

@@ -3,13 +3,13 @@
 use super::clock::Work;
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
 use super::picture::{drawn_in_turns, truth_pixels};
-use crate::memory::DepthFormat;
-use crate::scene::{
+use fbptr_core::memory::DepthFormat;
+use fbptr_core::scene::{
     Camera, Corner, Cull, Filter, Interpolation, LightingModel, LookAt, Material, Mesh, NONE, Projection,
     Sampling, Scene, Texture, Wrap,
 };
-use crate::truth::Settings;
-use crate::truth::scenes::{Case, object};
+use fbptr_truth::Settings;
+use fbptr_truth::scenes::{Case, object};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 

@@ -10,6 +10,10 @@
 //!   experiments() -> Experiment { columns, rows(&effort) } -> Report
 //!       -> Markdown | JSON | one HTML page
 //! ```
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+// `unwrap` is for tests: code says why a value cannot be missing.
+#![cfg_attr(not(test), deny(clippy::unwrap_used))]
 
 mod all_stages;
 mod approximations;

@@ -2,10 +2,10 @@
 
 use super::clock::Work;
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
-use crate::draw2d::{self, Blend, RampColor};
-use crate::memory::VideoMemory;
-use crate::truth::metrics::line_distance;
-use crate::truth::scenes::Random;
+use fbptr_core::draw2d::{self, Blend, RampColor};
+use fbptr_core::memory::VideoMemory;
+use fbptr_truth::metrics::line_distance;
+use fbptr_truth::scenes::Random;
 
 /// Experiment on lines.
 pub(super) const LINES: Experiment = Experiment {

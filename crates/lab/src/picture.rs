@@ -2,12 +2,12 @@
 
 use super::clock::{Timing, Work};
 use super::experiment::Effort;
-use crate::memory::{DepthFormat, DepthMemory, PickBuffer, VideoMemory};
-use crate::pipeline::{DrawCall, PipelineError, RenderOptions, RenderPath, Renderer, SceneOptions, Target};
-use crate::scene::{Scene, Viewport, ViewportRule};
-use crate::truth::compare::{color_error, compare};
-use crate::truth::scenes::{Case, Random};
-use crate::truth::{Transparency, TruthPicture, render, render_pixels};
+use fbptr_core::memory::{DepthFormat, DepthMemory, PickBuffer, VideoMemory};
+use fbptr_core::pipeline::{DrawCall, PipelineError, RenderOptions, RenderPath, Renderer, SceneOptions, Target};
+use fbptr_core::scene::{Scene, Viewport, ViewportRule};
+use fbptr_truth::compare::{color_error, compare};
+use fbptr_truth::scenes::{Case, Random};
+use fbptr_truth::{Transparency, TruthPicture, render, render_pixels};
 
 /// Buffers after the draws of a case.
 #[derive(Clone, Debug)]

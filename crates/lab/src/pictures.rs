@@ -16,7 +16,7 @@ use super::clock::Work;
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Truth};
 use super::picture::{BenchFrame, Buffers, draw_case};
 use super::report::{Report, Section};
-use crate::truth::scenes::Case;
+use fbptr_truth::scenes::Case;
 use compared::Compared;
 use ways::Way;
 

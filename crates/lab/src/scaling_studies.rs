@@ -6,10 +6,10 @@ use super::memory;
 use super::picture::BenchFrame;
 use super::scaling::{Scaling, ScalingPoint};
 use super::threads::knot;
-use crate::pipeline::{RenderOptions, Renderer};
-use crate::scene::{Light, Mesh, Scene, ShadeMode};
-use crate::server::{Engine, Finish, RenderThread, worker_pool};
-use crate::truth::scenes::{lit_triangle, object};
+use fbptr_core::pipeline::{RenderOptions, Renderer};
+use fbptr_core::scene::{Light, Mesh, Scene, ShadeMode};
+use fbptr_server::{Engine, Finish, RenderThread, worker_pool};
+use fbptr_truth::scenes::{lit_triangle, object};
 use glam::DVec3;
 
 /// Returns the default renderer of programs on this machine.

@@ -4,13 +4,13 @@
 use super::clock::Work;
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
 use super::{approximations, picture};
-use crate::math::power;
-use crate::memory::DepthFormat;
-use crate::scene::{Light, Material, Scene, ShadeMode, shapes};
-use crate::truth::compare::nearest_bytes;
-use crate::truth::metrics::{compare_bytes, pixel_error_quantile};
-use crate::truth::scenes::{Case, object};
-use crate::truth::{Settings, byte};
+use fbptr_core::math::power;
+use fbptr_core::memory::DepthFormat;
+use fbptr_core::scene::{Light, Material, Scene, ShadeMode, shapes};
+use fbptr_truth::compare::nearest_bytes;
+use fbptr_truth::metrics::{compare_bytes, pixel_error_quantile};
+use fbptr_truth::scenes::{Case, object};
+use fbptr_truth::{Settings, byte};
 use glam::DVec3;
 
 /// Experiment on shading.

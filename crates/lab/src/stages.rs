@@ -6,11 +6,11 @@ use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
 use super::picture::{Compared, draw_case};
 use super::report::Report;
 use super::threads::knot;
-use crate::memory::{DepthFormat, DepthMemory, PickBuffer, VideoMemory};
-use crate::pipeline::{DepthUse, Renderer, SceneOptions, Target};
-use crate::scene::{Filter, Fog, FogKind, LightingModel, Material, Sampling, Scene, Texture};
-use crate::truth::scenes::{Case, box_mesh, object};
-use crate::truth::{Settings, Transparency};
+use fbptr_core::memory::{DepthFormat, DepthMemory, PickBuffer, VideoMemory};
+use fbptr_core::pipeline::{DepthUse, Renderer, SceneOptions, Target};
+use fbptr_core::scene::{Filter, Fog, FogKind, LightingModel, Material, Sampling, Scene, Texture};
+use fbptr_truth::scenes::{Case, box_mesh, object};
+use fbptr_truth::{Settings, Transparency};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -202,7 +202,7 @@ pub fn savings(report: &Report) -> Vec<Saving> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pipeline::Part;
+    use fbptr_core::pipeline::Part;
 
     /// A scene made to run every stage is drawn by the path that draws the scene itself.
     #[test]

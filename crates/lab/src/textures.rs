@@ -2,14 +2,14 @@
 
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
 use super::picture;
-use crate::memory::DepthFormat;
-use crate::scene::{
+use fbptr_core::memory::DepthFormat;
+use fbptr_core::scene::{
     Camera, Cull, Filter, LightingModel, LookAt, Material, Projection, Sampling, Scene, Texture, Wrap,
 };
-use crate::truth::Settings;
-use crate::truth::compare::nearest_bytes;
-use crate::truth::metrics::compare_bytes;
-use crate::truth::scenes::{Case, object, terrain};
+use fbptr_truth::Settings;
+use fbptr_truth::compare::nearest_bytes;
+use fbptr_truth::metrics::compare_bytes;
+use fbptr_truth::scenes::{Case, object, terrain};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -55,20 +55,20 @@ pub(super) fn bricks() -> Arc<Texture> {
     Arc::new(Texture::new(64, 64, bytes.collect()).expect("64 x 64 texels"))
 }
 
-fn floor() -> crate::scene::Mesh {
+fn floor() -> fbptr_core::scene::Mesh {
     let mut mesh = terrain(1, 24.0, || 0.0);
     mesh.positions.iter_mut().for_each(|p| *p = DVec3::new(p.x * 12.0, -1.0, p.z * 12.0 - 8.0));
     mesh
 }
 
-fn card() -> crate::scene::Mesh {
+fn card() -> fbptr_core::scene::Mesh {
     let mut mesh = terrain(1, 1.0, || 0.0);
     mesh.positions.iter_mut().for_each(|p| *p = DVec3::new(p.x * 1.7, -p.z * 1.2, 0.0));
     mesh.texcoords.iter_mut().for_each(|t| *t = DVec2::new(t.x * 0.4, t.y * 0.3));
     mesh
 }
 
-fn case(mesh: crate::scene::Mesh, filter: Filter, width: u32, height: u32) -> Case {
+fn case(mesh: fbptr_core::scene::Mesh, filter: Filter, width: u32, height: u32) -> Case {
     let mut o = object("surface", mesh);
     o.cull = Cull::None;
     o.material = Material { emissive: DVec3::ONE, model: LightingModel::Unlit, ..Material::default() };
@@ -89,7 +89,7 @@ fn case(mesh: crate::scene::Mesh, filter: Filter, width: u32, height: u32) -> Ca
 /// Textured rectangle: its mesh for the renderer, and the plane by itself for the truth.
 struct Surface {
     name: &'static str,
-    mesh: fn() -> crate::scene::Mesh,
+    mesh: fn() -> fbptr_core::scene::Mesh,
     /// Returns u and v of the point where a ray from the eye meets the rectangle.
     uv: fn(DVec3) -> Option<[f64; 2]>,
 }

@@ -3,13 +3,13 @@
 use super::clock::Work;
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
 use super::picture::{self, BenchFrame, Compared};
-use crate::memory::{DepthFormat, VideoMemory};
-use crate::pipeline::{RenderOptions, RenderPath, Renderer};
-use crate::scene::{Scene, shapes};
-use crate::server::worker_pool;
-use crate::simd::Level;
-use crate::truth::scenes::{Case, lit_triangle, object};
-use crate::truth::{Settings, Transparency};
+use fbptr_core::memory::{DepthFormat, VideoMemory};
+use fbptr_core::pipeline::{RenderOptions, RenderPath, Renderer};
+use fbptr_core::scene::{Scene, shapes};
+use fbptr_server::worker_pool;
+use fbptr_core::simd::Level;
+use fbptr_truth::scenes::{Case, lit_triangle, object};
+use fbptr_truth::{Settings, Transparency};
 use glam::DVec3;
 
 /// Experiment on vector widths and numbers of threads.

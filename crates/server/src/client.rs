@@ -16,6 +16,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod methods;
 mod queries;
 #[cfg(test)]
 mod tests;

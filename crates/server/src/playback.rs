@@ -4,7 +4,7 @@
 //! In: the bytes of a file. Out: the same as from [`Stream::feed`]. Promises: what is drawn is what
 //! `play` draws of the file. Tested by the viewer's tests.
 
-use super::budget::Budget;
+use super::Budget;
 use super::engine::Engine;
 use super::record::RECORD_MAGIC;
 use super::replay::Replay;
@@ -14,7 +14,7 @@ use crate::command::EndOfInput;
 use crate::scene::Camera;
 
 /// A stream or a recording that is being played.
-pub(crate) struct Playback(Input);
+pub struct Playback(Input);
 
 enum Input {
     /// Commands in a session of their own.

@@ -4,7 +4,7 @@
 //! for a line that is not a header, for files that cannot be read, and for a recording that ends
 //! early. The files that the recording contains are held in memory, once each.
 
-use super::budget::Budget;
+use super::Budget;
 use super::engine::Engine;
 use super::read_files::FileSet;
 use super::record::{END_MARK, RECORD_MAGIC};
@@ -17,7 +17,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 /// A recording that is being replayed.
-pub(in crate::server) struct Replay {
+pub(crate) struct Replay {
     streams: HashMap<u64, Stream>,
     /// The connection that has begun a command. All others wait, because what follows was recorded
     /// after that command.
@@ -295,7 +295,6 @@ impl Replay {
 
     /// Returns the camera of the connection whose commands ran last.
     // Only the viewer asks.
-    #[cfg_attr(not(feature = "cli"), expect(dead_code))]
     pub fn camera(&self) -> Camera {
         self.camera
     }

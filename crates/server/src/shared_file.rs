@@ -171,9 +171,3 @@ impl Observer for FileSharing {
     }
 }
 
-/// Converts an error of the shared file to a fault.
-impl From<SharedError> for Fault {
-    fn from(e: SharedError) -> Self {
-        Fault::new(e.code(), e.to_string())
-    }
-}

@@ -195,7 +195,7 @@ fn stamp(time: SystemTime) -> String {
 
 /// Returns year (at most 9999), month, day, hour, minute and second of a time in UTC. Source: Howard
 /// Hinnant, "chrono-Compatible Low-Level Date Algorithms", `civil_from_days`.
-pub(crate) fn utc_fields(time: SystemTime) -> [u64; 6] {
+pub fn utc_fields(time: SystemTime) -> [u64; 6] {
     let seconds = time.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
     let (days, second) = (seconds / 86_400, seconds % 86_400);
     // Eras of 400 years begin on 1 March, so that leap days are last.

@@ -8,7 +8,7 @@
 use super::double_double::{
     DoubleDouble, DoubleDouble3, DoubleDouble4, cross, dot3, double_double3, narrow3, sub3, unit3,
 };
-use crate::scene::{Camera, CameraError, LookAt, ObliqueKind, Projection, Viewport, ViewportRule};
+use fbptr_core::scene::{Camera, CameraError, LookAt, ObliqueKind, Projection, Viewport, ViewportRule};
 use glam::DVec3;
 
 /// 4x4 matrix as an array of rows.

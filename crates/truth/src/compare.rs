@@ -10,7 +10,7 @@
 
 use super::double_double::DoubleDouble;
 use super::picture::{PixelState, StoredDepth, TruthPicture, ulp_f32};
-use crate::memory::{DepthFormat, DepthMemory, VideoMemory};
+use fbptr_core::memory::{DepthFormat, DepthMemory, VideoMemory};
 use std::fmt;
 
 /// Largest accepted colour errors in 1/255 steps, untextured and textured.
@@ -292,7 +292,7 @@ pub fn depth_use_of_limit(format: DepthFormat, s: &PixelState, word: u32) -> f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::truth::{Settings, TruthPicture};
+    use crate::{Settings, TruthPicture};
 
     #[test]
     fn a_cleared_memory_agrees_and_a_stray_pixel_is_coverage() {
@@ -310,8 +310,8 @@ mod tests {
 
     #[test]
     fn a_step_more_than_the_limit_is_off() {
-        let scene = crate::truth::scenes::lit_triangle();
-        let truth = crate::truth::render(&scene, 16, 16, DepthFormat::F32, &Settings::default()).unwrap();
+        let scene = crate::scenes::lit_triangle();
+        let truth = crate::render(&scene, 16, 16, DepthFormat::F32, &Settings::default()).unwrap();
         let mut memory = VideoMemory::new(16, 16).unwrap();
         memory.bytes_mut().copy_from_slice(&truth.bytes());
         let exact = compare(&memory, None, &truth);

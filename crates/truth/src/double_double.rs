@@ -310,8 +310,12 @@ mod tests {
 
     /// Returns x 2^1074, an integer for every finite f64.
     fn exact(x: f64) -> BigInt {
-        let (mantissa, exponent) = crate::math::coverage::exact_int::parts(x);
-        BigInt::from(mantissa) << (exponent + 1074).unsigned_abs()
+        let (exponent, fraction) = (x.to_bits() >> 52 & 0x7ff, x.to_bits() & ((1 << 52) - 1));
+        let magnitude = match exponent {
+            0 => BigInt::from(fraction),
+            _ => BigInt::from(fraction | 1 << 52) << (exponent - 1),
+        };
+        if x.is_sign_negative() { -magnitude } else { magnitude }
     }
 
     fn exact_sum(x: DoubleDouble) -> BigInt {

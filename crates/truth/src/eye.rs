@@ -7,7 +7,7 @@
 //! [`DoubleDouble`] there are 32 digits.
 
 use super::double_double::DoubleDouble;
-use crate::eye::{EyeLightKind, EyeScene, Falloff};
+use fbptr_core::eye::{EyeLightKind, EyeScene, Falloff};
 
 /// Arithmetic of the reference.
 pub trait Number: Clone + PartialOrd {

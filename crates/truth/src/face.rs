@@ -6,10 +6,10 @@ use super::double_double::{DoubleDouble, DoubleDouble3, DoubleDouble4, cross, na
 use super::light::{LitColor, ObjectLighting, light_point};
 use super::normals::{Normals, area_normal, is_mirrored, normal_matrix};
 use super::pixel_mask::PixelMask;
-use super::render::Settings;
+pub use super::render::Settings;
 use super::texture::{MipChain, UvFootprint};
-use crate::math::matrix::unit;
-use crate::scene::{Cull, FillStyle, Material, NONE, Object, Sampling, ShadeMode, TextureStages};
+use fbptr_core::math::matrix::unit;
+use fbptr_core::scene::{Cull, FillStyle, Material, NONE, Object, Sampling, ShadeMode, TextureStages};
 use glam::{DVec2, DVec3, DVec4};
 use std::cmp::Ordering;
 use std::rc::Rc;
@@ -237,7 +237,7 @@ impl<'a> ObjectView<'a> {
     pub fn faces(
         &self,
         mask: &PixelMask,
-        mip_chain: &mut impl FnMut(&'a crate::scene::Texture) -> Rc<MipChain>,
+        mip_chain: &mut impl FnMut(&'a fbptr_core::scene::Texture) -> Rc<MipChain>,
     ) -> Vec<Face<'a>> {
         let mesh = &self.object.geometry.mesh;
         let normals = Normals::new(mesh);
@@ -302,7 +302,7 @@ impl<'a> ObjectView<'a> {
         mask: &PixelMask,
         normals: &Normals,
         vertices: &[TransformedVertex],
-        mip_chain: &mut impl FnMut(&'a crate::scene::Texture) -> Rc<MipChain>,
+        mip_chain: &mut impl FnMut(&'a fbptr_core::scene::Texture) -> Rc<MipChain>,
     ) -> Option<Face<'a>> {
         let object = self.object;
         let mesh = &object.geometry.mesh;
@@ -374,7 +374,7 @@ impl<'a> ObjectView<'a> {
 
     /// Returns the texture of a face whose corners all have coordinates: that of the polygon's own
     /// material, else the object's.
-    fn texture(&self, own: Option<usize>, corners: &[FaceCorner; 3]) -> Option<&'a crate::scene::Texture> {
+    fn texture(&self, own: Option<usize>, corners: &[FaceCorner; 3]) -> Option<&'a fbptr_core::scene::Texture> {
         let object = self.object;
         let own_texture = own.and_then(|m| object.geometry.textures.get(m)).and_then(Option::as_deref);
         own_texture
@@ -419,7 +419,7 @@ impl<'a> ObjectView<'a> {
     fn light_ahead(
         &self,
         face: &mut Face<'a>,
-        polygon: &crate::scene::Polygon,
+        polygon: &fbptr_core::scene::Polygon,
         vertices: &[TransformedVertex],
     ) {
         let mesh = &self.object.geometry.mesh;

@@ -12,7 +12,7 @@ use super::double_double::{DoubleDouble, DoubleDouble3};
 use super::face::{Face, Weights};
 use super::light::{LitColor, light_point};
 use super::texture::UvFootprint;
-use crate::scene::{Filling, Filter, Fog, FogKind, Interpolation, ShadeMode};
+use fbptr_core::scene::{Filling, Filter, Fog, FogKind, Interpolation, ShadeMode};
 use glam::{DVec3, DVec4};
 
 /// Colour with its opacity; `lo` and `hi` differ only if a range is accepted.

@@ -9,9 +9,9 @@ mod surfaces;
 
 use super::scenes::{Case, box_mesh, object};
 use super::{Settings, Transparency};
-use crate::math::matrix;
-use crate::memory::DepthFormat;
-use crate::scene::{
+use fbptr_core::math::matrix;
+use fbptr_core::memory::DepthFormat;
+use fbptr_core::scene::{
     Camera, Corner, Cull, HiddenSurface, Light, LightingModel, LookAt, Material, Mesh, NONE, Object,
     Projection, Scene, ShadeMode, TransparencyOrder,
 };
@@ -240,7 +240,7 @@ mod tests {
     #[test]
     fn every_case_has_finite_answers_inside_the_viewport() {
         for c in hard_cases() {
-            let truth = crate::truth::render(&c.scene, c.width, c.height, c.format, &c.settings)
+            let truth = crate::render(&c.scene, c.width, c.height, c.format, &c.settings)
                 .unwrap_or_else(|e| panic!("{}: {e}", c.name));
             for (x, y) in (0..c.height).flat_map(|y| (0..c.width).map(move |x| (x, y))) {
                 for s in truth.states(x, y) {
@@ -256,9 +256,9 @@ mod tests {
         }
     }
 
-    fn picture_of(name: &str) -> crate::truth::TruthPicture {
+    fn picture_of(name: &str) -> crate::TruthPicture {
         let c = hard_cases().into_iter().find(|c| c.name.starts_with(name)).unwrap();
-        crate::truth::render(&c.scene, c.width, c.height, c.format, &c.settings).unwrap()
+        crate::render(&c.scene, c.width, c.height, c.format, &c.settings).unwrap()
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Reference renderer: written directly from the formulas, it defines which pictures are correct.
 //!
-//! In: a [`Scene`](crate::scene::Scene) and [`Settings`]. Out: a [`TruthPicture`], which holds for
+//! In: a [`Scene`](fbptr_core::scene::Scene) and [`Settings`]. Out: a [`TruthPicture`], which holds for
 //! each pixel every result that the specification accepts: bytes, unclamped colour, exact depth,
 //! and the visible face. Nearly everywhere that is one result; where an exact decision is
 //! borderline, both sides are accepted.
@@ -16,6 +16,10 @@
 //! snapped outline but outside the true face; 1.5/256 pixel around the outline of a face with some
 //! w <= 0; a snapping tie that lies within the rounding error of plain f64; the order of faces
 //! whose sorting keys agree to 12 digits.
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+// `unwrap` is for tests: code says why a value cannot be missing.
+#![cfg_attr(not(test), deny(clippy::unwrap_used))]
 
 mod camera;
 pub mod compare;
@@ -34,6 +38,7 @@ mod pixel_mask;
 mod rational;
 mod render;
 pub mod scenes;
+mod settings;
 mod sky;
 mod texture;
 
@@ -44,7 +49,31 @@ pub use double_double::DoubleDouble;
 pub use hard_cases::hard_cases;
 pub use picture::{FaceKey, FaceRecord, PixelState, TruthPicture, byte, ulp_f32};
 pub use rational::Rational;
-pub use render::{Settings, Transparency, render, render_pixels};
+pub use render::{render, render_pixels};
+pub use settings::{Settings, Transparency};
 
 #[cfg(test)]
 mod golden;
+
+#[cfg(test)]
+mod tests {
+    use super::render;
+    use super::scenes::random;
+
+    #[test]
+    fn a_seed_gives_one_scene_and_scenes_show_something() {
+        assert_eq!(format!("{:?}", random(5)), format!("{:?}", random(5)));
+        let mut drawn = 0;
+        for seed in 0..30 {
+            let case = random(seed);
+            let truth =
+                render(&case.scene, case.width, case.height, case.format, &case.settings)
+                    .unwrap();
+            let pixels = case.width * case.height;
+            let seen = (0..pixels)
+                .filter(|i| truth.states(i % case.width, i / case.width).iter().any(|s| s.drawn.is_some()));
+            drawn += u32::from(seen.count() as u32 > pixels / 20);
+        }
+        assert!(drawn > 15, "only {drawn} of 30 random scenes show something");
+    }
+}

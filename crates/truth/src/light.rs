@@ -6,8 +6,8 @@
 //! radius, each within 1e-6), both results are returned.
 
 use super::camera::ViewerPosition;
-use crate::math::matrix::unit;
-use crate::scene::{Attenuation, Light, LightKind, LightingModel, Material};
+use fbptr_core::math::matrix::unit;
+use fbptr_core::scene::{Attenuation, Light, LightKind, LightingModel, Material};
 use glam::DVec3;
 
 /// Distance from N.L = 0 or from a spot's edge (as a cosine) within which both sides are accepted.

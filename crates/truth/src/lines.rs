@@ -14,7 +14,7 @@ use super::coverage::Coverage;
 use super::double_double::{DoubleDouble, DoubleDouble3, DoubleDouble4, narrow3};
 use super::face::ObjectView;
 use super::fragment::{ColorRange, Fragment, FragmentContext};
-use crate::scene::{Corner, Interpolation, LightingModel, Material, NONE};
+use fbptr_core::scene::{Corner, Interpolation, LightingModel, Material, NONE};
 use glam::{DVec3, DVec4};
 use std::collections::{HashMap, HashSet};
 

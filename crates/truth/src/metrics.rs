@@ -9,7 +9,7 @@
 //! 1.5 over the luma, K1 = 0.01, K2 = 0.03.
 
 use super::picture::ulp_f32;
-use crate::memory::DepthFormat;
+use fbptr_core::memory::DepthFormat;
 
 /// Colour differences over all pixels and the channels R, G, B.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]

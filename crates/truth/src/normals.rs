@@ -6,8 +6,8 @@
 //! Normals are transformed to world space by the inverse transpose, so that the outside of a
 //! mirrored model stays outside.
 
-use crate::math::matrix::unit;
-use crate::scene::{Mesh, NONE};
+use fbptr_core::math::matrix::unit;
+use fbptr_core::scene::{Mesh, NONE};
 use glam::{DMat3, DMat4, DVec3};
 
 /// Length below which a sum of unit normals has no direction.
@@ -25,7 +25,7 @@ pub struct Normals {
 impl Normals {
     /// Computes the normals of all polygons and vertices of a mesh.
     pub fn new(mesh: &Mesh) -> Normals {
-        let corners_of = |p: &crate::scene::Polygon| {
+        let corners_of = |p: &fbptr_core::scene::Polygon| {
             let first = p.first_corner as usize;
             &mesh.corners[first..first + p.corner_count as usize]
         };
@@ -101,7 +101,7 @@ pub fn is_mirrored(model: &DMat4) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Corner;
+    use fbptr_core::scene::Corner;
 
     fn corner(position: u32) -> Corner {
         Corner { position, normal: NONE, texcoord: NONE, color: NONE }

@@ -8,7 +8,7 @@
 use super::coverage::Coverage;
 use super::double_double::{DoubleDouble, DoubleDouble4};
 use super::fragment::{ColorRange, Fragment};
-use crate::memory::{DepthFormat, Rgba};
+use fbptr_core::memory::{DepthFormat, Rgba};
 use glam::DVec3;
 
 /// Number of states above which a pixel becomes unconstrained.

@@ -9,42 +9,16 @@ use super::light::ObjectLighting;
 use super::lines::line_pixels_of;
 use super::picture::{DepthUse, FaceKey, Layer, TruthPicture};
 use super::pixel_mask::PixelMask;
+pub use super::settings::{Settings, Transparency};
 use super::texture::MipChain;
-use crate::memory::DepthFormat;
-use crate::scene::{
+use fbptr_core::memory::DepthFormat;
+use fbptr_core::scene::{
     CameraError, Cull, HiddenSurface, Interpolation, Scene, ShadeMode, Texture, TransparencyOrder, Viewport,
     ViewportRule,
 };
 use std::cmp::Ordering;
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
-
-/// Drawing order of transparent faces.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Transparency {
-    /// In submission order, among the other faces: each object is one `DRAW`.
-    #[default]
-    AtOnce,
-    /// After the opaque faces: `DRAWSCENE` and files.
-    AfterOpaque(TransparencyOrder),
-}
-
-/// Modes of a draw.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
-pub struct Settings {
-    /// Rectangle of the picture to draw into; `None` is the whole frame, with the `corners` rule.
-    pub viewport: Option<Viewport>,
-    /// Shading of objects without a shading mode of their own.
-    pub shade: ShadeMode,
-    /// Hidden-surface removal.
-    pub hide: HiddenSurface,
-    /// Interpolation of attributes across a face.
-    pub interpolation: Interpolation,
-    /// Culling in place of the objects' own; `None` keeps theirs.
-    pub cull: Option<Cull>,
-    /// Drawing order of transparent faces.
-    pub transparency: Transparency,
-}
 
 /// Renders a scene into a cleared picture.
 ///

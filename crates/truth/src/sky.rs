@@ -8,7 +8,7 @@
 use super::camera::Sight;
 use super::double_double::DoubleDouble;
 use super::picture::TruthPicture;
-use crate::scene::Sky;
+use fbptr_core::scene::Sky;
 use glam::DVec3;
 
 /// Returns the world direction at the centre of pixel (x, y).

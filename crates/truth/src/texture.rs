@@ -4,7 +4,7 @@
 //! (0,0) is the lower left corner, texel centres are at .5, rows are stored from the top. Footprint
 //! L is the longer of the two forward differences in texels, D = log2 L (source 003).
 
-use crate::scene::{Filter, Sampling, Texture, Wrap};
+use fbptr_core::scene::{Filter, Sampling, Texture, Wrap};
 
 /// Distance in texels from a texel's edge within which `nearest` may select either side.
 pub const TEXEL_TURN: f64 = 1.0 / 256.0;

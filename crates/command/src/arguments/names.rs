@@ -193,7 +193,7 @@ impl TextArgument for LoadName {
 }
 
 /// Checks the names of `LOAD`: a scene has none but its path.
-pub(in crate::command) fn load_names(command: &Command) -> Result<(), Fault> {
+pub(crate) fn load_names(command: &Command) -> Result<(), Fault> {
     match command {
         Command::Load { kind: FileKind::Scene, path, .. } => check_name(path),
         Command::Load { name, path, .. } => check_name(name).and_then(|()| check_name(path)),
@@ -202,7 +202,7 @@ pub(in crate::command) fn load_names(command: &Command) -> Result<(), Fault> {
 }
 
 /// Appends the arguments of `LOAD`: the kind of the file, the name that it is given, its path.
-pub(in crate::command) fn write_load(
+pub(crate) fn write_load(
     command: &Command,
     line: &mut LineWriter<'_>,
 ) -> Result<(), EncodeError> {

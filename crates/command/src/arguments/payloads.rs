@@ -86,7 +86,7 @@ fn utf8_or_fault(utf8: &[u8]) -> Result<(), Fault> {
 }
 
 /// Checks the length of `BLIT`'s rows, which its rectangle determines.
-pub(in crate::command) fn blit_length(command: &Command, length: u64) -> Result<(), Fault> {
+pub(crate) fn blit_length(command: &Command, length: u64) -> Result<(), Fault> {
     match command {
         Command::Blit { rect: Rect { w, h, .. }, .. } if *w >= 0 && *h >= 0 => {
             // Both are below 2^31: the product stays below 2^64.

@@ -11,7 +11,7 @@ use crate::error::{Code, Fault};
 use crate::memory::{Rgba, parse_color};
 
 /// UTF-8's byte order mark, which some editors put before a file's text: skipped there.
-pub(crate) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+pub const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 impl Decoder {
     /// Reads one complete line without its end; `rest` is the input after it. Returns the number of
@@ -116,7 +116,7 @@ pub(super) fn is_idle(line: &[u8]) -> bool {
 
 /// Payload length of a line, from the bytes after the colon of its last word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::command) enum PayloadLength {
+pub(crate) enum PayloadLength {
     Length(u64),
     /// Digits, but 2^64 or more.
     Beyond,
@@ -134,7 +134,7 @@ fn payload_length(digits: &[u8]) -> PayloadLength {
 
 impl PayloadLength {
     /// Appends one more byte after the colon.
-    pub(in crate::command) fn with(self, byte: u8) -> Self {
+    pub(crate) fn with(self, byte: u8) -> Self {
         let digit = u64::from(byte.wrapping_sub(b'0'));
         match self {
             _ if digit > 9 => PayloadLength::Junk,

@@ -23,8 +23,7 @@ mod single;
 #[cfg(test)]
 mod tests;
 
-#[cfg(feature = "engine")]
-pub(crate) use line::BYTE_ORDER_MARK;
+pub use line::BYTE_ORDER_MARK;
 pub(super) use line::PayloadLength;
 
 use super::args::{ParseError, words};

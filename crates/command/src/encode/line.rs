@@ -6,7 +6,7 @@ use glam::DVec3;
 use std::io::Write;
 
 /// Writer that appends the arguments of one command to a buffer.
-pub(in crate::command) struct LineWriter<'a> {
+pub(crate) struct LineWriter<'a> {
     verb: &'static str,
     out: &'a mut Vec<u8>,
     is_binary: bool,

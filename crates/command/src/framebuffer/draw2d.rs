@@ -1,7 +1,8 @@
 //! Pixels, bytes and figures of two dimensions: one method for each verb.
 
 use super::Framebuffer;
-use crate::command::{DrawFigure, Figure, each_figure, unless_written, verbs};
+use crate::command::{DrawFigure, Figure, each_figure};
+use crate::{unless_written, verbs};
 use crate::draw2d::{self, Arc, AreaColors, Blend, DrawError, FigureTarget, RampColor, RealRect, Rect};
 use crate::load::{self, LoadError};
 use crate::memory::{FbPtr, MemoryError, Rgba};

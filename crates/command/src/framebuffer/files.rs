@@ -1,7 +1,6 @@
 //! Files: meshes in, pictures out, and the comparison with golden pictures.
 
 use super::Framebuffer;
-#[cfg(feature = "formats")]
 use crate::load::gltf::GltfDocument;
 use crate::load::{
     self, FilePosition, LoadError, LoadErrorKind, LoadMemory, MeshFormat, SandboxDir, Smoothing, path_inside,
@@ -70,7 +69,6 @@ impl Framebuffer {
     ///
     /// # Errors
     /// If the file cannot be read, or has an error.
-    #[cfg(feature = "formats")]
     pub fn load_gltf(&self, path: impl AsRef<Path>) -> Result<GltfDocument, LoadError> {
         let (name, bytes, mut beside) = open(path.as_ref())?;
         load::gltf::parse(&bytes, &name, &mut beside)

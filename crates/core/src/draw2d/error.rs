@@ -1,7 +1,7 @@
 //! Errors of the 2-D drawing functions. A function that returns one has drawn nothing.
 
 use super::Rect;
-use crate::error::Code;
+use crate::error::{Code, Fault};
 use std::fmt;
 
 /// Error of a 2-D drawing function.
@@ -121,6 +121,12 @@ impl DrawError {
                 Code::Format
             }
         }
+    }
+}
+
+impl From<DrawError> for Fault {
+    fn from(e: DrawError) -> Self {
+        Fault::new(e.code(), e.to_string())
     }
 }
 

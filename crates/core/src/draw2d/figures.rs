@@ -19,51 +19,51 @@ pub struct FigureTarget<'a> {
 }
 
 impl FigureTarget<'_> {
-    pub(crate) fn line(&mut self, p0: [i32; 2], p1: [i32; 2], color: RampColor) {
+    pub fn line(&mut self, p0: [i32; 2], p1: [i32; 2], color: RampColor) {
         super::line(self.memory, p0, p1, color, self.blend);
     }
 
-    pub(crate) fn triangle(&mut self, points: [[i32; 2]; 3], colors: AreaColors) {
+    pub fn triangle(&mut self, points: [[i32; 2]; 3], colors: AreaColors) {
         super::triangle_outline(self.memory, points, colors, self.blend);
     }
 
-    pub(crate) fn fill(&mut self, points: [[f64; 2]; 3], colors: AreaColors) {
+    pub fn fill(&mut self, points: [[f64; 2]; 3], colors: AreaColors) {
         super::fill(self.memory, points, colors, self.blend);
     }
 
-    pub(crate) fn rect(&mut self, rect: Rect, color: Rgba) -> Result<(), DrawError> {
+    pub fn rect(&mut self, rect: Rect, color: Rgba) -> Result<(), DrawError> {
         super::rect(self.memory, rect, color, self.blend)
     }
 
-    pub(crate) fn fill_rect(&mut self, rect: RealRect, color: Rgba) -> Result<(), DrawError> {
+    pub fn fill_rect(&mut self, rect: RealRect, color: Rgba) -> Result<(), DrawError> {
         super::fill_rect(self.memory, rect, color, self.blend)
     }
 
-    pub(crate) fn circle(&mut self, cx: i32, cy: i32, r: i32, color: Rgba) -> Result<(), DrawError> {
+    pub fn circle(&mut self, cx: i32, cy: i32, r: i32, color: Rgba) -> Result<(), DrawError> {
         super::circle(self.memory, [cx, cy], r, color, self.blend)
     }
 
-    pub(crate) fn fill_circle(&mut self, cx: f64, cy: f64, r: f64, color: Rgba) -> Result<(), DrawError> {
+    pub fn fill_circle(&mut self, cx: f64, cy: f64, r: f64, color: Rgba) -> Result<(), DrawError> {
         super::fill_circle(self.memory, [cx, cy], r, color, self.blend)
     }
 
-    pub(crate) fn poly(&mut self, color: Rgba, points: &[[i32; 2]]) {
+    pub fn poly(&mut self, color: Rgba, points: &[[i32; 2]]) {
         super::poly(self.memory, points, color, self.blend);
     }
 
-    pub(crate) fn fill_poly(&mut self, color: Rgba, points: &[[f64; 2]]) {
+    pub fn fill_poly(&mut self, color: Rgba, points: &[[f64; 2]]) {
         super::fill_poly(self.memory, points, color, self.blend);
     }
 
-    pub(crate) fn text(&mut self, x: i32, y: i32, color: Rgba, utf8: &[u8]) -> Result<(), DrawError> {
+    pub fn text(&mut self, x: i32, y: i32, color: Rgba, utf8: &[u8]) -> Result<(), DrawError> {
         super::scaled_text(self.memory, [x, y], utf8, self.text_size, color, self.blend)
     }
 
-    pub(crate) fn print(&mut self, x: i32, y: i32, color: Rgba, text: &str) -> Result<(), DrawError> {
+    pub fn print(&mut self, x: i32, y: i32, color: Rgba, text: &str) -> Result<(), DrawError> {
         self.text(x, y, color, text.as_bytes())
     }
 
-    pub(crate) fn wide_line(
+    pub fn wide_line(
         &mut self,
         p0: [f64; 2],
         p1: [f64; 2],
@@ -73,7 +73,7 @@ impl FigureTarget<'_> {
         super::wide_line(self.memory, p0, p1, width, color, self.blend)
     }
 
-    pub(crate) fn ellipse(
+    pub fn ellipse(
         &mut self,
         center: [f64; 2],
         radii: [f64; 2],
@@ -82,7 +82,7 @@ impl FigureTarget<'_> {
         super::ellipse(self.memory, center, radii, color, self.blend)
     }
 
-    pub(crate) fn fill_ellipse(
+    pub fn fill_ellipse(
         &mut self,
         center: [f64; 2],
         radii: [f64; 2],
@@ -91,7 +91,7 @@ impl FigureTarget<'_> {
         super::fill_ellipse(self.memory, center, radii, color, self.blend)
     }
 
-    pub(crate) fn arc(
+    pub fn arc(
         &mut self,
         center: [f64; 2],
         radii: [f64; 2],
@@ -101,11 +101,11 @@ impl FigureTarget<'_> {
         super::arc(self.memory, Arc { center, radii, angles }, color, self.blend)
     }
 
-    pub(crate) fn bezier(&mut self, points: [[f64; 2]; 4], width: f64, color: Rgba) -> Result<(), DrawError> {
+    pub fn bezier(&mut self, points: [[f64; 2]; 4], width: f64, color: Rgba) -> Result<(), DrawError> {
         super::bezier(self.memory, points, width, color, self.blend)
     }
 
-    pub(crate) fn line_aa(&mut self, p0: [f64; 2], p1: [f64; 2], color: Rgba) {
+    pub fn line_aa(&mut self, p0: [f64; 2], p1: [f64; 2], color: Rgba) {
         super::line_aa(self.memory, p0, p1, color);
     }
 }

@@ -5,19 +5,18 @@ use super::font::{CELL, glyph};
 use crate::memory::{Rgba, VideoMemory};
 
 /// Paper behind pictures.
-pub(crate) const PAPER: Rgba = [0x0e, 0x14, 0x20, 255];
+pub const PAPER: Rgba = [0x0e, 0x14, 0x20, 255];
 /// Text.
-pub(crate) const TEXT: Rgba = [0xe8, 0xe8, 0xf0, 255];
+pub const TEXT: Rgba = [0xe8, 0xe8, 0xf0, 255];
 /// Text that matters less.
-pub(crate) const LESSER: Rgba = [0x80, 0x8c, 0xa5, 255];
+pub const LESSER: Rgba = [0x80, 0x8c, 0xa5, 255];
 /// First accent.
-#[cfg_attr(not(feature = "window"), expect(dead_code, reason = "windows alone use it"))]
-pub(crate) const GOLD: Rgba = [0xff, 0xb0, 0x00, 255];
+pub const GOLD: Rgba = [0xff, 0xb0, 0x00, 255];
 /// Margin in pixels, on every side and between columns.
-pub(crate) const MARGIN: usize = 16;
+pub const MARGIN: usize = 16;
 
 /// Draws a line in letters of `scale` times the font's size, clipped to the frame.
-pub(crate) fn letters(memory: &mut VideoMemory, at: [usize; 2], line: &str, color: Rgba, scale: usize) {
+pub fn letters(memory: &mut VideoMemory, at: [usize; 2], line: &str, color: Rgba, scale: usize) {
     for (i, c) in line.chars().enumerate() {
         for (row, bits) in glyph(c).iter().enumerate() {
             for column in (0..CELL).filter(|column| bits & (0x80 >> column) != 0) {

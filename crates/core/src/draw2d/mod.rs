@@ -33,9 +33,7 @@ pub mod font;
 mod gradient;
 mod line;
 mod line_aa;
-#[cfg(feature = "server")]
-#[cfg_attr(not(feature = "cli"), allow(dead_code, reason = "the viewer uses the rest"))]
-pub(crate) mod look;
+pub mod look;
 mod pixels;
 mod rect;
 mod row_search;

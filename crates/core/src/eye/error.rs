@@ -1,6 +1,6 @@
 //! Errors of scenes, located by their path in the JSON.
 
-use crate::error::Code;
+use crate::error::{Code, Fault};
 use std::fmt;
 
 /// Error of an N-dimensional scene. `path` is the position in the JSON: `facets[3].v[2]`.
@@ -98,5 +98,11 @@ impl EyeError {
             EyeError::TooBig { .. } => Code::TooBig,
             _ => Code::Format,
         }
+    }
+}
+
+impl From<EyeError> for Fault {
+    fn from(e: EyeError) -> Self {
+        Fault::new(e.code(), e.to_string())
     }
 }

@@ -12,4 +12,4 @@ pub mod power;
 pub mod projection;
 mod sort3;
 
-pub(crate) use sort3::sort3;
+pub use sort3::sort3;

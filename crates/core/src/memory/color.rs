@@ -24,7 +24,7 @@ const NO_DIGIT: u8 = 0xff;
 
 /// Decodes the hex digits of `word` into `bytes`, two digits each, and returns whether all of them
 /// were hex digits.
-pub(crate) fn read_hex(word: &[u8], bytes: &mut [u8]) -> bool {
+pub fn read_hex(word: &[u8], bytes: &mut [u8]) -> bool {
     let mut seen = 0;
     for (byte, [high, low]) in bytes.iter_mut().zip(word.as_chunks::<2>().0) {
         let (high, low) = (DIGITS[*high as usize], DIGITS[*low as usize]);

@@ -12,28 +12,26 @@ mod color;
 mod color_names;
 mod compositing;
 mod depth;
-#[cfg(fbptr_preload)]
+#[cfg(target_os = "linux")]
 mod device;
 mod fbptr;
 mod pending_clear;
 mod pick_buffer;
-#[cfg(feature = "server")]
 mod shared;
 mod video;
 
 pub use budget::{MemoryBudget, MemoryUse, OverBudget, Reservation};
-pub(crate) use color::read_hex;
+pub use color::read_hex;
 pub use color::{parse_color, parse_light_color};
 pub use compositing::over;
 pub(crate) use compositing::{blend, opaque};
 pub(crate) use depth::DepthCells;
 pub use depth::{DepthFormat, DepthMemory, DepthWords};
-#[cfg(fbptr_preload)]
-pub(crate) use device::DeviceMemory;
+#[cfg(target_os = "linux")]
+pub use device::DeviceMemory;
 pub use fbptr::FbPtr;
 pub(crate) use pending_clear::{STRIP_CELL, TILE_CELL};
 pub use pick_buffer::PickBuffer;
 pub(crate) use pick_buffer::{NO_FACE as NOT_PICKED, PickCells};
-#[cfg(feature = "server")]
 pub use shared::{SHARED_HEADER_BYTES, SHARED_MAGIC, SharedError, SharedFile};
 pub use video::{MAX_SIDE, MemoryError, Rgba, VideoMemory};

@@ -2,7 +2,7 @@
 
 use super::FbPtr;
 use super::aligned::Aligned;
-use crate::error::Code;
+use crate::error::{Code, Fault};
 use crate::simd::fill_pixels;
 use std::fmt;
 use std::ops::Range;
@@ -80,6 +80,12 @@ impl MemoryError {
     }
 }
 
+impl From<MemoryError> for Fault {
+    fn from(e: MemoryError) -> Self {
+        Fault::new(e.code(), e.to_string())
+    }
+}
+
 /// Empty damage range: `start` is above and `end` below every row, so that any row grows it.
 const NO_ROWS: Range<u32> = Range { start: u32::MAX, end: 0 };
 
@@ -134,8 +140,7 @@ impl VideoMemory {
     }
 
     /// Creates a frame without pixels, in the place of one that is lent.
-    #[cfg(feature = "engine")]
-    pub(crate) fn vacant() -> Self {
+    pub fn vacant() -> Self {
         let (bytes, clip) = (Aligned::default(), [0..0, 0..0]);
         VideoMemory { width: 0, height: 0, bytes, damage: NO_ROWS, window: 0..0, clip, unclipped_columns: 0 }
     }

@@ -1,6 +1,6 @@
 //! Inputs and outputs of a draw: target, draw call, scene options, statistics, errors.
 
-use crate::error::Code;
+use crate::error::{Code, Fault};
 use crate::memory::{DepthFormat, DepthMemory, OverBudget, PickBuffer, VideoMemory};
 use crate::scene::{
     Camera, CameraError, Cull, FillStyle, Fog, Geometry, HiddenSurface, Interpolation, Light, LineStyle,
@@ -358,5 +358,11 @@ impl PipelineError {
             PipelineError::OverBudget(e) => e.code(),
             _ => Code::Range,
         }
+    }
+}
+
+impl From<PipelineError> for Fault {
+    fn from(e: PipelineError) -> Self {
+        Fault::new(e.code(), e.to_string())
     }
 }

@@ -2,7 +2,6 @@
 
 use super::draw_call::PipelineError;
 use super::indexed_mesh::{FaceTable, IndexedMesh};
-#[cfg(feature = "engine")]
 use super::mesh_extent::MeshExtent;
 use super::normals::{Normals, polygon_normal};
 use super::occlusion_history::OcclusionHistory;
@@ -52,7 +51,6 @@ pub(crate) struct GeometryInfo {
     /// True if the faces bound a convex body; empty until the planner asks.
     pub convex_body: OnceLock<bool>,
     /// Extent of the faces, computed when a stream first asks for a bound of a draw's time.
-    #[cfg(feature = "engine")]
     pub extent: OnceLock<MeshExtent>,
     /// Token that ends the computation of normals, tables and indexed meshes early; a result is
     /// then empty or incomplete.
@@ -89,7 +87,6 @@ impl GeometryInfo {
             lit: OnceLock::new(),
             faces: OnceLock::new(),
             convex_body: OnceLock::new(),
-            #[cfg(feature = "engine")]
             extent: OnceLock::new(),
             cancel,
             held: Mutex::new(None),

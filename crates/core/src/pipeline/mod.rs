@@ -27,9 +27,7 @@ mod geometry_cache;
 mod indexed_mesh;
 mod light;
 mod materials;
-#[cfg(feature = "engine")]
 mod mesh_extent;
-#[cfg(feature = "engine")]
 mod ndc_box;
 mod normals;
 mod occlusion_history;
@@ -41,7 +39,6 @@ mod plane_equation;
 mod planner;
 mod preemption;
 mod prepared_draw;
-#[cfg(feature = "engine")]
 #[doc(hidden)]
 pub mod quality;
 mod reference;
@@ -64,14 +61,11 @@ pub use clip::{ClipVertex, ClippedLine, clip_line, clip_polygon};
 pub use draw_call::{
     CoarseDepth, DepthUse, DrawCall, DrawStats, PathCounts, PipelineError, RenderPath, SceneOptions, Target,
 };
-#[cfg(feature = "cli")]
-pub(crate) use empty_draw::reflects_light;
+pub use empty_draw::reflects_light;
 pub use empty_draw::{EmptyDraw, is_dark};
-#[cfg(feature = "engine")]
-pub(crate) use mesh_extent::CoverageBound;
-#[cfg(feature = "engine")]
-pub(crate) use ndc_box::{ClipTransform, NdcBox};
-pub(crate) use normals::polygon_normal;
+pub use mesh_extent::CoverageBound;
+pub use ndc_box::{ClipTransform, NdcBox};
+pub use normals::polygon_normal;
 pub use plan::{Part, Plan, PlanItem, Title};
 pub use preemption::{Preemption, TargetOwner};
 pub use reference::draw;

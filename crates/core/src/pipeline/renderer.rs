@@ -14,9 +14,7 @@ use super::draw_call::{
     Backend, CoarseDepth, DrawCall, DrawStats, PathCounts, PipelineError, RenderPath, SceneOptions, Target,
 };
 use super::geometry_cache::GeometryInfo;
-#[cfg(feature = "engine")]
 use super::mesh_extent::{CoverageBound, MeshExtent};
-#[cfg(feature = "engine")]
 use super::ndc_box::ClipTransform;
 use super::ordered::draw_in_order;
 use super::path_plan::{add_path, plan_draw_for};
@@ -277,8 +275,7 @@ impl Renderer {
 
     /// Returns upper bounds of the pixels that a draw covers, if the tile renderer draws all of it in
     /// one piece, and all that it needs of the mesh has been computed by draws before.
-    #[cfg(feature = "engine")]
-    pub(crate) fn coverage_by_tiles(&mut self, target: &Target, call: &DrawCall) -> Option<CoverageBound> {
+    pub fn coverage_by_tiles(&mut self, target: &Target, call: &DrawCall) -> Option<CoverageBound> {
         let info = self.cached_info(call).filter(|info| info.checked.is_ok())?;
         let (bounds, mesh) = (info.bounds?, &call.geometry.mesh);
         if self.bound.0 < ListBound::default().0 || !mesh.lines.is_empty() || !mesh.points.is_empty() {

@@ -1,6 +1,6 @@
 //! Cameras: view, projection, and viewport.
 
-use crate::error::Code;
+use crate::error::{Code, Fault};
 use glam::{DMat4, DVec3, DVec4};
 use std::fmt;
 
@@ -219,6 +219,12 @@ impl CameraError {
     /// Returns the protocol's code for this error.
     pub fn code(&self) -> Code {
         Code::Range
+    }
+}
+
+impl From<CameraError> for Fault {
+    fn from(e: CameraError) -> Self {
+        Fault::new(e.code(), e.to_string())
     }
 }
 

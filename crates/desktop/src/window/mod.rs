@@ -13,48 +13,34 @@
 //! of a render thread asks before each use of it (`presence`). Snapshots are written when
 //! requested, not at the end, and a server that must survive runs headless.
 
-#[cfg(feature = "server")]
 #[cfg_attr(not(target_os = "linux"), path = "no_clicks.rs")]
 mod clicks;
-#[cfg(feature = "server")]
 mod display_window;
 mod frame_input;
-#[cfg(feature = "server")]
 #[cfg_attr(not(target_os = "linux"), path = "no_fullscreen.rs")]
 mod fullscreen;
-#[cfg(feature = "cli")]
 mod hud;
-#[cfg(feature = "server")]
 mod keys;
 mod layout;
 mod look;
-#[cfg(feature = "server")]
 mod overlay;
-#[cfg(feature = "server")]
 #[cfg_attr(not(target_os = "linux"), path = "no_presence.rs")]
 mod presence;
 pub mod program;
 mod program_arguments;
 mod scanout;
 mod smooth;
-#[cfg(feature = "server")]
 mod status;
-#[cfg(feature = "server")]
 mod view;
-#[cfg(feature = "cli")]
 mod viewer;
 
-#[cfg(feature = "server")]
 pub use display_window::{Options, run};
 pub use frame_input::FrameInput;
-#[cfg(feature = "server")]
 pub use keys::{Action, BINDINGS, Binding, help_lines};
 pub use layout::{Layout, Scaling};
 pub use look::ScreenLook;
 pub use scanout::{convert, word};
-#[cfg(feature = "server")]
 pub use status::ServerStatus;
-#[cfg(feature = "cli")]
 pub use viewer::{ViewerOptions, run_viewer};
 
 use crate::memory::MemoryError;
@@ -65,7 +51,6 @@ use std::collections::VecDeque;
 use std::error::Error;
 use std::fmt;
 use std::rc::Rc;
-#[cfg(feature = "server")]
 use std::time::Duration;
 
 /// Largest side of a window in pixels; some window systems abort on larger ones.
@@ -73,7 +58,6 @@ const MAX_WINDOW_SIDE: usize = 16_384;
 /// Screen size that a new window must fit, in pixels.
 const USUAL_SCREEN: [usize; 2] = [1280, 800];
 /// Time between two looks at a display or a file.
-#[cfg(feature = "server")]
 const TICK: Duration = Duration::from_millis(8);
 
 /// Error of opening a window.

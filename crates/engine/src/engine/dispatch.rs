@@ -53,7 +53,7 @@ impl Engine {
     /// # Errors
     /// See [`Engine::run`].
     #[inline]
-    pub(in crate::server) fn begin(
+    pub(crate) fn begin(
         &mut self,
         session: &mut Session,
         request: Request<'_>,
@@ -81,7 +81,7 @@ impl Engine {
         let result = self.on_surface(session, verb, |engine, session| {
             engine.guarded(|engine| {
                 let result = engine.dispatch(session, request, replies);
-                #[cfg(test)]
+                #[cfg(debug_assertions)]
                 engine.meet_defect(verb);
                 result
             })
@@ -90,7 +90,7 @@ impl Engine {
     }
 
     /// Counts a command that was refused before it could be a request: the decoder could not read it.
-    pub(in crate::server) fn count_refused(&mut self, session: &mut Session, is_pixelflut: bool) {
+    pub fn count_refused(&mut self, session: &mut Session, is_pixelflut: bool) {
         session.stats.commands += 1;
         session.stats.errors += 1;
         session.has_used_other_verbs |= !is_pixelflut;
@@ -100,7 +100,7 @@ impl Engine {
     ///
     /// # Errors
     /// See [`Engine::run`].
-    pub(in crate::server) fn apply(
+    pub(crate) fn apply(
         &mut self,
         session: &mut Session,
         result: JobResult,
@@ -123,7 +123,7 @@ impl Engine {
     ///
     /// # Errors
     /// The reason for which the command was refused or ended early.
-    pub(in crate::server) fn run_pieces(
+    pub(crate) fn run_pieces(
         &mut self,
         session: &mut Session,
         mut pieces: Pieces,
@@ -177,7 +177,7 @@ impl Engine {
     }
 
     /// Panics if a test wants this verb to meet a defect.
-    #[cfg(test)]
+    #[cfg(debug_assertions)]
     pub(super) fn meet_defect(&self, verb: &'static str) {
         assert_ne!(self.wanted_defect, Some(verb), "a defect for a test");
     }

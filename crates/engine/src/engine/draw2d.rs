@@ -11,18 +11,6 @@ use crate::memory::{FbPtr, MemoryError, Rgba};
 use crate::server::Session;
 use crate::server::session::DefaultView;
 
-impl From<MemoryError> for Fault {
-    fn from(e: MemoryError) -> Self {
-        Fault::new(e.code(), e.to_string())
-    }
-}
-
-impl From<draw2d::DrawError> for Fault {
-    fn from(e: draw2d::DrawError) -> Self {
-        Fault::new(e.code(), e.to_string())
-    }
-}
-
 impl EngineFrame {
     /// Adds OFFSET to the position of a text PX. A sum beyond i32 saturates and stays off the
     /// frame.

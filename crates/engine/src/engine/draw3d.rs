@@ -26,18 +26,6 @@ use std::sync::Arc;
 /// Size of a scene's objects and moving meshes, in bytes, from which it is built by a job.
 const LARGE_SCENE_BYTES: u64 = 1 << 19;
 
-impl From<CameraError> for Fault {
-    fn from(e: CameraError) -> Self {
-        Fault::new(e.code(), e.to_string())
-    }
-}
-
-impl From<PipelineError> for Fault {
-    fn from(e: PipelineError) -> Self {
-        Fault::new(e.code(), e.to_string())
-    }
-}
-
 impl Engine {
     pub(super) fn look_at(
         &self,

@@ -23,10 +23,10 @@ use std::sync::Arc;
 const MOST_FACES: usize = 512;
 
 /// Number of draws at which a queue is drawn: they take some hundred kilobytes.
-pub(in crate::server) const MOST_DRAWS: usize = 128;
+pub(crate) const MOST_DRAWS: usize = 128;
 
 /// Estimated nanoseconds of a queue's draws beyond which it is drawn.
-pub(in crate::server) const MOST_NS: u64 = LONG_NS;
+pub(crate) const MOST_NS: u64 = LONG_NS;
 
 /// Maximum number of lights of a session whose draws are queued, each with a copy of them.
 const MOST_LIGHTS: usize = 8;
@@ -62,7 +62,7 @@ fn is_setting(command: &Command) -> bool {
 impl Engine {
     /// Returns whether a command may run while draws before it wait, and notes whether it may wait
     /// itself.
-    pub(in crate::server) fn leaves_draws_waiting(&mut self, s: &Session, command: &Command) -> bool {
+    pub(crate) fn leaves_draws_waiting(&mut self, s: &Session, command: &Command) -> bool {
         let is_small = |g: Arc<Geometry>| (1..=MOST_FACES).contains(&g.mesh.triangles.len());
         self.queues_draw = match command {
             Command::Draw { name } => self.may_queue(s) && self.mesh(s, name).is_ok_and(is_small),
@@ -86,13 +86,13 @@ impl Engine {
     }
 
     /// Estimates the nanoseconds of a draw on one thread.
-    pub(in crate::server) fn estimated_ns(&self, drawing: &Drawing) -> u64 {
+    pub(crate) fn estimated_ns(&self, drawing: &Drawing) -> u64 {
         drawing.estimated_ns(self.framebuffer.area())
     }
 
     /// Draws queued draws in their order. Returns the result of each, with its remark; a single long
     /// one may be left in pieces.
-    pub(in crate::server) fn draw_queued(
+    pub(crate) fn draw_queued(
         &mut self,
         s: &mut Session,
         mut draws: Vec<Drawing>,

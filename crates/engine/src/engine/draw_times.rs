@@ -128,7 +128,7 @@ fn key_of(drawing: &Drawing) -> Option<(&Arc<Geometry>, Modes)> {
     }
 }
 
-#[cfg(all(test, feature = "server"))]
+#[cfg(test)]
 mod tests {
     use super::*;
     use crate::command::Command;

@@ -20,13 +20,13 @@ use std::fmt;
 use std::sync::Arc;
 
 /// A `DRAW` or a `DRAWSCENE`.
-pub(in crate::server) enum Drawing {
+pub(crate) enum Drawing {
     Mesh(Box<MeshDraw>),
     Scene(Box<SceneDraw>),
 }
 
 /// A `DRAW`: its mesh, and the settings of its session.
-pub(in crate::server) struct MeshDraw {
+pub(crate) struct MeshDraw {
     /// Name of the mesh, and its number in the pick buffer.
     pub name: String,
     pub id: u32,
@@ -52,7 +52,7 @@ pub(in crate::server) struct MeshDraw {
 }
 
 /// A `DRAWSCENE`: its scene at a time.
-pub(in crate::server) struct SceneDraw {
+pub(crate) struct SceneDraw {
     pub scene: Scene,
     pub options: SceneOptions,
     pub time: f64,

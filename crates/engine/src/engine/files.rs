@@ -20,7 +20,7 @@ enum FileSource {
 }
 
 /// Reads the files of one command.
-pub(in crate::server) struct FileReader {
+pub(crate) struct FileReader {
     source: FileSource,
     /// Limits in bytes of one file, and of all files that other files name; and the latter's bytes
     /// so far.

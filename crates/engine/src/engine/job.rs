@@ -16,13 +16,13 @@ pub(crate) type Apply =
 type Work = Box<dyn FnOnce(&CancelToken) -> JobResult + Send>;
 
 /// The work of one command on a worker thread.
-pub(crate) struct Job {
+pub struct Job {
     is_small: bool,
     work: Work,
 }
 
 /// Result of a job.
-pub(crate) struct JobResult {
+pub struct JobResult {
     /// The command as observers see it, and the rest of it, unless it was refused.
     pub(super) made: Result<(Command, Apply), Fault>,
     /// The files that it has read, if they were kept.
@@ -36,7 +36,7 @@ impl JobResult {
     }
 
     /// Creates the result of `command`, which takes effect by `apply` unless the work was refused.
-    pub(in crate::server) fn new<A>(command: Command, apply: Result<A, Fault>) -> Self
+    pub(crate) fn new<A>(command: Command, apply: Result<A, Fault>) -> Self
     where
         A: FnOnce(&mut Engine, &mut Session, &mut Vec<u8>) -> Result<Progress, Fault> + Send + 'static,
     {
@@ -45,13 +45,13 @@ impl JobResult {
     }
 
     /// Adds the files that the work has read.
-    pub(in crate::server) fn with_files(self, reader: Option<FileReader>) -> Self {
+    pub(crate) fn with_files(self, reader: Option<FileReader>) -> Self {
         JobResult { files: reader.map(FileReader::into_read).unwrap_or_default(), ..self }
     }
 }
 
 impl Job {
-    pub(in crate::server) fn new(
+    pub(crate) fn new(
         is_small: bool,
         work: impl FnOnce(&CancelToken) -> JobResult + Send + 'static,
     ) -> Self {
@@ -69,7 +69,7 @@ impl Job {
     }
 
     /// Runs the job; a panic, which is a defect, refuses the command.
-    pub(in crate::server) fn run_guarded(self, cancel: &CancelToken) -> JobResult {
+    pub fn run_guarded(self, cancel: &CancelToken) -> JobResult {
         guard(|| self.run(cancel)).unwrap_or_else(|| JobResult::refused(defect()))
     }
 }

@@ -36,7 +36,7 @@ mod explain;
 mod files;
 mod frame_source;
 mod job;
-#[cfg_attr(not(feature = "server"), path = "no_long_draw.rs")]
+#[cfg_attr(not(feature = "threads"), path = "no_long_draw.rs")]
 mod long_draw;
 mod observer;
 mod observers;
@@ -70,14 +70,14 @@ use std::time::Duration;
 
 use call::{Call, Outcome};
 use draw_log::DrawLog;
-pub(in crate::server) use draw_queue::{MOST_DRAWS, MOST_NS};
+pub(crate) use draw_queue::{MOST_DRAWS, MOST_NS};
 use draw_times::DrawTimes;
-pub(in crate::server) use drawing::Drawing;
-pub(in crate::server) use files::FileReader;
-pub(in crate::server) use job::{Job, JobResult};
+pub(crate) use drawing::Drawing;
+pub(crate) use files::FileReader;
+pub use job::{Job, JobResult};
 use long_draw::DrawThread;
 pub use observer::{Event, FrameView, Observer, Occasion, PendingRows, PixelRuns};
-pub(in crate::server) use pieces::Pieces;
+pub(crate) use pieces::Pieces;
 use quotas::Quotas;
 pub use request::Request;
 pub use status::{OutputState, OutputStatus, Status};
@@ -100,7 +100,7 @@ pub enum Effect {
 /// Progress of a command after a part of it has run.
 #[derive(Debug)]
 #[must_use]
-pub(in crate::server) enum Progress {
+pub(crate) enum Progress {
     /// It has taken effect.
     Done(Effect),
     /// Its job must be run next: see [`crate::server::jobs`].
@@ -134,8 +134,8 @@ pub struct Engine {
     framebuffer: EngineFrame,
     rendering: Rendering,
     resources: Resources,
-    pub(in crate::server) quotas: Quotas,
-    pub(in crate::server) counters: Counters,
+    pub quotas: Quotas,
+    pub counters: Counters,
     dialect: Dialect,
     /// Set if the first command of a stream may be `SIZE w h`.
     takes_size: bool,
@@ -149,9 +149,10 @@ pub struct Engine {
     queues_draw: bool,
     /// Set while a request ends that met a defect.
     has_defect: bool,
-    /// Verb of requests that meet a defect when they have run.
-    #[cfg(test)]
-    pub(in crate::server) wanted_defect: Option<&'static str>,
+    /// Verb of requests that meet a defect when they have run, for tests.
+    #[cfg(debug_assertions)]
+    #[doc(hidden)]
+    pub wanted_defect: Option<&'static str>,
 }
 
 /// The renderer, and what the engine keeps between 3-D draws.
@@ -191,7 +192,7 @@ struct Resources {
 
 /// Counters of an engine.
 #[derive(Debug, Default)]
-pub(in crate::server) struct Counters {
+pub struct Counters {
     /// Counters of all connections, up to the last slice of each.
     totals: Stats,
     connections: usize,
@@ -252,7 +253,7 @@ impl Engine {
             may_suspend: false,
             queues_draw: false,
             has_defect: false,
-            #[cfg(test)]
+            #[cfg(debug_assertions)]
             wanted_defect: None,
         })
     }
@@ -310,17 +311,17 @@ impl Engine {
     }
 
     /// Notes that a command in pieces was abandoned because the server ends.
-    pub(in crate::server) fn note_abandoned(&mut self, verb: &'static str) {
+    pub(crate) fn note_abandoned(&mut self, verb: &'static str) {
         self.rendering.abandoned = Some(verb);
     }
 
     /// Sets whether a command is in pieces. Meanwhile pixels that others write are not taken in.
-    pub(in crate::server) fn set_in_pieces(&mut self, is_in_pieces: bool) {
+    pub fn set_in_pieces(&mut self, is_in_pieces: bool) {
         self.is_in_pieces = is_in_pieces;
     }
 
     /// Sets whether the next commands may be suspended: be left as a job, or in pieces.
-    pub(in crate::server) fn set_may_suspend(&mut self, may_suspend: bool) {
+    pub(crate) fn set_may_suspend(&mut self, may_suspend: bool) {
         (self.may_suspend, self.queues_draw) = (may_suspend, false);
     }
 
@@ -357,7 +358,7 @@ impl Engine {
 
     /// Counts a copy of the frame that exists as long as the server. It is not refused if memory is
     /// short, because whoever runs the server asked for it.
-    pub(in crate::server) fn count_frame_copy(&mut self) {
+    pub fn count_frame_copy(&mut self) {
         self.framebuffer.count_copy();
     }
 

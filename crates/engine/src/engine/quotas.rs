@@ -19,7 +19,7 @@ const HOLD_PAYLOADS: Duration = Duration::from_secs(1);
 
 /// Quotas, and the memory that they are taken from.
 #[derive(Debug)]
-pub(in crate::server) struct Quotas {
+pub struct Quotas {
     pub(super) limits: Limits,
     pub(super) budget: MemoryBudget,
     /// Reservation for the reply of the running command.

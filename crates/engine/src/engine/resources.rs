@@ -22,24 +22,6 @@ use crate::server::session::DefaultView;
 use std::ops::Range;
 use std::sync::Arc;
 
-impl From<shapes::ShapeError> for Fault {
-    fn from(e: shapes::ShapeError) -> Self {
-        Fault::new(e.code(), e.to_string())
-    }
-}
-
-impl From<LoadError> for Fault {
-    fn from(e: LoadError) -> Self {
-        Fault::new(e.code(), e.to_string())
-    }
-}
-
-impl From<EyeError> for Fault {
-    fn from(e: EyeError) -> Self {
-        Fault::new(e.code(), e.to_string())
-    }
-}
-
 impl Resources {
     /// Returns the table of a name: the shared one, or the connection's own.
     fn table<'a>(&'a self, s: &'a Session, name: &str) -> &'a ResourceTable {

@@ -126,7 +126,7 @@ impl Engine {
     }
 
     /// Adds an output to the state that observers may report later. Until then this is its state.
-    pub(in crate::server) fn offer_output(&mut self, output: OutputStatus) {
+    pub fn offer_output(&mut self, output: OutputStatus) {
         self.offered_outputs.push(output);
     }
 }

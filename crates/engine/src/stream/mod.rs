@@ -82,7 +82,7 @@ pub struct Output {
     /// Notices for the owner.
     pub notices: Vec<Notice>,
     /// The job of a stream in the state [`StreamState::Works`].
-    pub(super) job: Option<Job>,
+    pub job: Option<Job>,
 }
 
 /// State of a stream after a piece of it has run.
@@ -123,7 +123,7 @@ struct Suspended {
 
 /// Feeds bytes part by part, until all of them are consumed or a part ends in another state than
 /// [`StreamState::Ready`]. Returns the number of bytes consumed and the state.
-pub(super) fn feed_parts(
+pub fn feed_parts(
     bytes: &[u8],
     mut feed_part: impl FnMut(&[u8]) -> (usize, StreamState),
 ) -> (usize, StreamState) {
@@ -151,7 +151,7 @@ pub fn stated_size(stream: &[u8]) -> Option<[&str; 2]> {
 }
 
 /// Event that resumes a suspended stream.
-pub(super) enum Resume {
+pub enum Resume {
     /// Result of its job.
     Job(JobResult),
     /// Time to run more pieces.
@@ -247,7 +247,7 @@ impl Stream {
     }
 
     /// Abandons the command that is in pieces, if there is one.
-    pub(super) fn abandon(&mut self, engine: &mut Engine) {
+    pub fn abandon(&mut self, engine: &mut Engine) {
         if let Some(Suspended { verb, pieces: Some(pieces), .. }) = self.suspended.take() {
             engine.abandon(&mut self.session, verb, *pieces);
         }
@@ -266,7 +266,7 @@ impl Stream {
 
     /// Continues the command that left the stream in the state [`StreamState::Works`] or
     /// [`StreamState::InPieces`].
-    pub(super) fn resume(
+    pub fn resume(
         &mut self,
         engine: &mut Engine,
         resume: Resume,

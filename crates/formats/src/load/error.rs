@@ -1,6 +1,6 @@
 //! Errors and warnings of loading a file, with their positions.
 
-use crate::error::Code;
+use crate::error::{Code, Fault};
 use crate::memory::OverBudget;
 use std::error::Error;
 use std::fmt;
@@ -199,6 +199,12 @@ impl LoadError {
     }
 }
 
+impl From<LoadError> for Fault {
+    fn from(e: LoadError) -> Self {
+        Fault::new(e.code(), e.to_string())
+    }
+}
+
 /// A defect that was skipped or repaired: the file still loads.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadWarning {
@@ -215,7 +221,6 @@ impl fmt::Display for LoadWarning {
 }
 
 /// Returns the beginning of a text from a file or of a decoder's message, as one line.
-#[cfg(feature = "formats")]
 pub(super) fn short(text: &str) -> String {
     const MOST: usize = 160;
     let line = text.chars().map(|c| if c.is_control() { ' ' } else { c });

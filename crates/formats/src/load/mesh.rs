@@ -37,10 +37,8 @@ pub enum MeshFormat {
     /// Wavefront's text.
     Obj,
     /// Facets of stereolithography, as text or as records of 50 bytes.
-    #[cfg(feature = "formats")]
     Stl,
     /// The Polygon File Format, as text or binary in either byte order.
-    #[cfg(feature = "formats")]
     Ply,
 }
 
@@ -51,8 +49,7 @@ impl MeshFormat {
     }
 
     /// Returns the format of a file of `length` bytes that begins with `first`, if that tells it.
-    #[cfg(feature = "formats")]
-    pub(crate) fn recognize(first: &[u8], length: u64) -> Option<MeshFormat> {
+    pub fn recognize(first: &[u8], length: u64) -> Option<MeshFormat> {
         match first {
             _ if super::ply::is_ply(first) => Some(MeshFormat::Ply),
             _ if super::stl::is_stl(first, length) => Some(MeshFormat::Stl),
@@ -60,10 +57,6 @@ impl MeshFormat {
         }
     }
 
-    #[cfg(not(feature = "formats"))]
-    fn recognize(_: &[u8], _: u64) -> Option<MeshFormat> {
-        None
-    }
 
     /// Parses a mesh file of this format; the arguments are those of
     /// [`obj::parse_smooth`](super::obj::parse_smooth).
@@ -80,9 +73,7 @@ impl MeshFormat {
     ) -> Result<LoadedMesh, LoadError> {
         match self {
             MeshFormat::Obj => super::obj::parse_smooth(bytes, side_files, file_name, memory, smoothing),
-            #[cfg(feature = "formats")]
             MeshFormat::Stl => super::stl::parse(bytes, file_name, memory, smoothing),
-            #[cfg(feature = "formats")]
             MeshFormat::Ply => super::ply::parse(bytes, file_name, memory, smoothing),
         }
     }

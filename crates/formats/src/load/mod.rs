@@ -7,19 +7,16 @@
 
 mod context;
 mod error;
-#[cfg(feature = "formats")]
 pub mod gltf;
 mod gzip;
 mod memory;
 mod mesh;
 pub mod obj;
 mod physical;
-#[cfg(feature = "formats")]
 pub mod ply;
 mod polled;
 mod sandbox_dir;
 mod smooth;
-#[cfg(feature = "formats")]
 pub mod stl;
 pub mod texture;
 mod url;

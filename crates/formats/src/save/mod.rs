@@ -8,19 +8,15 @@
 mod atomic;
 mod formats;
 pub mod golden;
-#[cfg(feature = "movies")]
 mod movie;
-#[cfg(feature = "cli")]
 mod read;
 mod rgba;
 mod temporary;
 
 pub use atomic::atomically;
 pub use formats::{SnapshotFormat, check_depth_path, crc32, depth_to_path, pfm, png, ppm, raw, to_path};
-#[cfg(feature = "movies")]
 pub use movie::{MOVIE_ENDINGS, Movie, MovieFormat, numbered_path};
-#[cfg(feature = "cli")]
-pub(crate) use read::read_frame;
+pub use read::read_frame;
 pub(crate) use rgba::rgba8;
 #[cfg(unix)]
 pub(crate) use temporary::{hold, temporary_name};
@@ -32,7 +28,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// Returns the folder of a file to be written, if it does not exist.
-pub(crate) fn missing_folder(path: &Path) -> Option<&Path> {
+pub fn missing_folder(path: &Path) -> Option<&Path> {
     path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir())
 }
 

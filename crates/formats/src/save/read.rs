@@ -9,7 +9,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// If the bytes are no picture of that format and size.
-pub(crate) fn read_frame(
+pub fn read_frame(
     path: &Path,
     bytes: &[u8],
     [width, height]: [u32; 2],

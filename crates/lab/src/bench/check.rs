@@ -3,9 +3,9 @@
 
 use super::Workload;
 use super::frame::BACKGROUND;
-use crate::memory::{DepthFormat, DepthMemory, VideoMemory};
-use crate::truth::TruthPicture;
-use crate::truth::compare::{COLOR_LIMITS, F32_Z_LIMIT, nearest};
+use fbptr_core::memory::{DepthFormat, DepthMemory, VideoMemory};
+use fbptr_truth::TruthPicture;
+use fbptr_truth::compare::{COLOR_LIMITS, F32_Z_LIMIT, nearest};
 use std::fmt;
 
 /// If more than one pixel in this many differs from the plain path, the cause is not borderline

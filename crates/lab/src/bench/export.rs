@@ -2,7 +2,7 @@
 
 use super::space;
 use super::{BenchOptions, Workload};
-use crate::scene::{Corner, Filter, Mesh};
+use fbptr_core::scene::{Corner, Filter, Mesh};
 use std::collections::HashMap;
 
 /// Name and bytes of a file.

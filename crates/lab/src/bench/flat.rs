@@ -3,9 +3,9 @@
 use super::check::Check;
 use super::frame::BACKGROUND;
 use super::{BenchOptions, BenchRun, Workload, Xorshift};
-use crate::draw2d::{self, Blend, Line, RampColor};
-use crate::executor::Executor;
-use crate::memory::{Rgba, VideoMemory};
+use fbptr_core::draw2d::{self, Blend, Line, RampColor};
+use fbptr_core::executor::Executor;
+use fbptr_core::memory::{Rgba, VideoMemory};
 
 /// Compact line as a program would store it: half the bytes of [`Line`].
 #[derive(Clone, Copy, Debug)]

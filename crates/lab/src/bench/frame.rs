@@ -3,9 +3,9 @@
 
 use super::check::{Check, Drawn, limit_steps};
 use super::{BenchOptions, Workload};
-use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
-use crate::pipeline::{Renderer, Target};
-use crate::truth::TruthPicture;
+use fbptr_core::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
+use fbptr_core::pipeline::{Renderer, Target};
+use fbptr_truth::TruthPicture;
 
 /// Clear colour (0.1, 0.1, 0.15).
 pub(super) const BACKGROUND: Rgba = [26, 26, 38, 255];

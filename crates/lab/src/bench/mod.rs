@@ -8,7 +8,7 @@
 //! more frame is drawn, which must equal the first one byte for byte: so no timed frame can have
 //! skipped work.
 //!
-//! W1 to W5 are a torus knot or 20 layers through [`Renderer`](crate::pipeline::Renderer). Their
+//! W1 to W5 are a torus knot or 20 layers through [`Renderer`](fbptr_core::pipeline::Renderer). Their
 //! reference is the plain f64 path at all pixels, and the reference renderer (`truth`) where the
 //! plain path has only one of several accepted results. W6 and W7 are lines and pixels; their
 //! reference is the simplest loop, which is timed, too. S1 to S7 are other scenes with the
@@ -31,9 +31,9 @@ pub use workload::Workload;
 use super::clock::Timing;
 use super::frame_times::FrameTimes;
 use super::scaling::{Scaling, ScalingPoint};
-use crate::memory::{DepthFormat, VideoMemory};
-use crate::pipeline::RenderOptions;
-use crate::scene::{Fog, FogKind};
+use fbptr_core::memory::{DepthFormat, VideoMemory};
+use fbptr_core::pipeline::RenderOptions;
+use fbptr_core::scene::{Fog, FogKind};
 use glam::DVec3;
 use std::time::{Duration, Instant};
 

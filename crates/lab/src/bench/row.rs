@@ -1,7 +1,7 @@
 //! Results of a workload, and their JSON.
 
 use super::{Air, Check, Workload};
-use crate::memory::DepthFormat;
+use fbptr_core::memory::DepthFormat;
 
 /// Result of the simplest loop that draws the same.
 #[derive(Clone, Copy, Debug, PartialEq)]

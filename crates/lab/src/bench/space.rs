@@ -8,14 +8,14 @@
 use super::check::Check;
 use super::frame::SceneFrame;
 use super::{BenchOptions, BenchRun, Workload};
-use crate::math::matrix;
-use crate::memory::{DepthMemory, VideoMemory};
-use crate::pipeline::{self, DrawCall};
-use crate::scene::{
+use fbptr_core::math::matrix;
+use fbptr_core::memory::{DepthMemory, VideoMemory};
+use fbptr_core::pipeline::{self, DrawCall};
+use fbptr_core::scene::{
     Camera, Corner, Cull, Filter, Fog, Geometry, HiddenSurface, Light, LookAt, Material, Mesh, NONE, Object,
     Projection, Sampling, Scene, ShadeMode, Texture, Wrap, shapes,
 };
-use crate::truth::{self, TruthPicture};
+use fbptr_truth::{self as truth, TruthPicture};
 use glam::{DMat4, DVec3, DVec4};
 use std::sync::Arc;
 

@@ -1,7 +1,7 @@
 //! Tests with small workloads: each is within its bound, and wrong pictures are refused.
 
 use super::*;
-use crate::scene::Filter;
+use fbptr_core::scene::Filter;
 
 fn small() -> BenchOptions {
     let size = Size { width: 96, height: 54, divisor: 5_000 };

@@ -1,6 +1,6 @@
 //! Names of the benchmark workloads.
 
-use crate::scene::Filter;
+use fbptr_core::scene::Filter;
 
 /// Benchmark workload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -1,11 +1,11 @@
 //! Coordinates from 1e154, whose squares overflow, to 1e308: drawn or refused, and alike everywhere.
 
 use super::{HardRow, Ways};
-use crate::measure::picture::Buffers;
-use crate::memory::DepthFormat;
-use crate::scene::{Cull, Scene};
-use crate::truth::scenes::{Case, lit_triangle};
-use crate::truth::{Settings, Transparency};
+use crate::picture::Buffers;
+use fbptr_core::memory::DepthFormat;
+use fbptr_core::scene::{Cull, Scene};
+use fbptr_truth::scenes::{Case, lit_triangle};
+use fbptr_truth::{Settings, Transparency};
 use glam::DVec3;
 
 /// Returns a row for each size.

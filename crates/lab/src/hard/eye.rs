@@ -2,13 +2,13 @@
 //! rational numbers, on every number of threads.
 
 use super::{HardRow, THREADS};
-use crate::executor::Executor;
-use crate::eye::{EyePicture, EyeScene, Fibre, MISS, render_with};
-use crate::measure::fibre_fan::shown;
-use crate::server::worker_pool;
-use crate::truth::Rational;
-use crate::truth::eye::{SeenPoint, see};
-use crate::truth::scenes::Random;
+use fbptr_core::executor::Executor;
+use fbptr_core::eye::{EyePicture, EyeScene, Fibre, MISS, render_with};
+use crate::fibre_fan::shown;
+use fbptr_server::worker_pool;
+use fbptr_truth::Rational;
+use fbptr_truth::eye::{SeenPoint, see};
+use fbptr_truth::scenes::Random;
 use serde_json::{Value, json};
 
 /// Returns the rows of all cases.

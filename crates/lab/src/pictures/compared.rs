@@ -1,10 +1,10 @@
 //! Compared pixels of a picture, with the colours that are accepted at each.
 
 use super::super::experiment::{Bound, Effort, Row, Standing};
-use crate::memory::VideoMemory;
-use crate::pipeline::Renderer;
-use crate::truth::scenes::{Case, Random};
-use crate::truth::{TruthPicture, render_pixels};
+use fbptr_core::memory::VideoMemory;
+use fbptr_core::pipeline::Renderer;
+use fbptr_truth::scenes::{Case, Random};
+use fbptr_truth::{TruthPicture, render_pixels};
 
 /// Range of each channel, in steps of 1/255.
 pub(super) type Range = [[f64; 2]; 3];
@@ -95,7 +95,7 @@ fn ranges(truth: &TruthPicture, [x, y]: [u32; 2]) -> Vec<Range> {
     if truth.is_free(x, y) {
         return Vec::new();
     }
-    let range = |s: &crate::truth::PixelState| [0, 1, 2].map(|c| [f64::from(s.lo[c]), f64::from(s.hi[c])]);
+    let range = |s: &fbptr_truth::PixelState| [0, 1, 2].map(|c| [f64::from(s.lo[c]), f64::from(s.hi[c])]);
     truth.states(x, y).iter().map(range).collect()
 }
 
@@ -104,7 +104,7 @@ fn pixels_drawn(case: &Case, count: usize) -> Option<Vec<[u32; 2]>> {
     let mut memory = VideoMemory::new(case.width, case.height).ok()?;
     memory.bytes_mut().fill(0);
     let mut depth = None;
-    let mut target = crate::pipeline::Target {
+    let mut target = fbptr_core::pipeline::Target {
         memory: &mut memory,
         depth: &mut depth,
         depth_format: case.format,

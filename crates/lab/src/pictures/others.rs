@@ -6,13 +6,13 @@ use super::super::eye::two_tesseracts;
 use super::super::lines::area;
 use super::compared::{Compared, Range};
 use super::{LARGEST, compared_pixels};
-use crate::draw2d::{self, Blend, RampColor};
-use crate::executor::Executor;
-use crate::eye::{EyePicture, Fibre, render_with};
-use crate::memory::VideoMemory;
-use crate::truth::DoubleDouble;
-use crate::truth::eye::see;
-use crate::truth::scenes::Random;
+use fbptr_core::draw2d::{self, Blend, RampColor};
+use fbptr_core::executor::Executor;
+use fbptr_core::eye::{EyePicture, Fibre, render_with};
+use fbptr_core::memory::VideoMemory;
+use fbptr_truth::DoubleDouble;
+use fbptr_truth::eye::see;
+use fbptr_truth::scenes::Random;
 
 /// Colour of the lines.
 const WHITE: [u8; 4] = [255; 4];

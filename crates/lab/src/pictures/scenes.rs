@@ -3,14 +3,14 @@
 use super::super::experiment::Effort;
 use super::super::textures::bricks;
 use super::super::threads::knot;
-use crate::load::obj;
-use crate::memory::DepthFormat;
-use crate::scene::{
+use fbptr_formats::load::obj;
+use fbptr_core::memory::DepthFormat;
+use fbptr_core::scene::{
     Camera, Corner, Filter, Light, LookAt, Mesh, NONE, Object, Projection, Sampling, Scene, ShadeMode,
     TransparencyOrder, Wrap, shapes,
 };
-use crate::truth::scenes::{Case, box_mesh, object};
-use crate::truth::{Settings, Transparency};
+use fbptr_truth::scenes::{Case, box_mesh, object};
+use fbptr_truth::{Settings, Transparency};
 use glam::{DMat4, DVec3};
 
 /// Scene of a user's, to be measured as it asks to be drawn.
@@ -81,7 +81,7 @@ fn teapot(lights: &[Light]) -> Scene {
 }
 
 /// Blender's monkey of 968 faces, whose licence lies beside it.
-const SUZANNE: &[u8] = include_bytes!("../../../tests/data/meshes/suzanne-sphere/monkey_head2.obj");
+const SUZANNE: &[u8] = include_bytes!("../../data/suzanne/monkey_head2.obj");
 
 fn suzanne(lights: &[Light]) -> Scene {
     let loaded = obj::parse(SUZANNE, &mut |_| None, "monkey_head2.obj").expect("a mesh of the program's own");

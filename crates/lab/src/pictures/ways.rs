@@ -4,11 +4,11 @@ use super::super::experiment::{Bound, Standing};
 use super::super::picture::scene_options;
 use super::scenes::faces;
 use super::{LARGEST, PERCENTILE, bound};
-use crate::memory::DepthFormat;
-use crate::pipeline::SceneOptions;
-use crate::pipeline::quality::{Budget, Choice, MeshShapes, prove};
-use crate::scene::{Filter, HiddenSurface, Interpolation, ShadeMode};
-use crate::truth::scenes::Case;
+use fbptr_core::memory::DepthFormat;
+use fbptr_core::pipeline::SceneOptions;
+use fbptr_core::pipeline::quality::{Budget, Choice, MeshShapes, prove};
+use fbptr_core::scene::{Filter, HiddenSurface, Interpolation, ShadeMode};
+use fbptr_truth::scenes::Case;
 
 /// One way of drawing a scene.
 pub(super) struct Way {
@@ -81,7 +81,7 @@ pub(super) fn of(case: &Case) -> Vec<Way> {
 
 /// Returns the limit of a case's colours, in 1/255.
 pub(super) fn limit(case: &Case) -> f64 {
-    let is_textured = |o: &crate::scene::Object| {
+    let is_textured = |o: &fbptr_core::scene::Object| {
         o.texture.is_some() || o.geometry.textures.iter().any(Option::is_some) || o.style.stages.is_some()
     };
     if case.scene.objects.iter().any(is_textured) || case.scene.sky.is_some() { 2.0 } else { 1.0 }

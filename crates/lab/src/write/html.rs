@@ -2,7 +2,7 @@
 
 use super::plot::{escape, scaling, speed_against_error};
 use super::{bounds, derivations, error, gained, mebibytes, name, number, saved, spent, time, truth};
-use crate::measure::{Report, Section};
+use crate::{Report, Section};
 use std::fmt::Write;
 
 const STYLE: &str = "

@@ -1,6 +1,6 @@
 //! Report as JSON.
 
-use crate::measure::{Report, Row, Standing, savings, speed_of};
+use crate::{Report, Row, Standing, savings, speed_of};
 use serde_json::{Value, json};
 
 /// Converts a number; infinite ones, which JSON lacks, become text.

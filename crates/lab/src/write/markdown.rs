@@ -1,7 +1,7 @@
 //! Report as Markdown tables.
 
 use super::{bounds, derivations, error, gained, mebibytes, name, number, saved, spent, time, truth};
-use crate::measure::{Goal, HardRow, Report, Section};
+use crate::{Goal, HardRow, Report, Section};
 use std::fmt::Write;
 
 /// Returns the whole report. `machine` describes where and when it was made.

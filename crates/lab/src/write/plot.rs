@@ -1,7 +1,7 @@
 //! Plots as SVG: speed against error, both axes logarithmic.
 
 use super::{number, time};
-use crate::measure::{Report, Row, Scaling, Section, Standing};
+use crate::{Report, Row, Scaling, Section, Standing};
 use std::fmt::Write;
 
 const WIDTH: f64 = 460.0;

@@ -1,14 +1,16 @@
 //! The verbs that draw and set states: each method queues one command and returns at once.
 
 use super::Client;
+use super::methods::client_methods;
 use crate::command::{
     AreaColors, Command, ErrorMode, Figure, FileKind, LightCommand, MeshSource, Quality, RampColor, RealRect,
-    Rect, Shears, client_methods, unless_written, verbs,
+    Rect, Shears,
 };
 use crate::memory::{DepthFormat, Rgba};
 use crate::scene::{
     Cull, HiddenSurface, Interpolation, Material, Projection, Sampling, ShadeMode, ViewportRule,
 };
+use fbptr_command::{unless_written, verbs};
 use glam::{DMat4, DVec3};
 
 /// Pixels and bytes.

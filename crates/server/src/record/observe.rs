@@ -43,7 +43,7 @@ impl Observer for Recorder {
 }
 
 /// Returns the state of the output, with its bytes that have been written and those that have not.
-pub(in crate::server) fn output(state: OutputState, written_bytes: u64, queued_bytes: u64) -> OutputStatus {
+pub(crate) fn output(state: OutputState, written_bytes: u64, queued_bytes: u64) -> OutputStatus {
     let figures = vec![("record_bytes", written_bytes), ("record_queue", queued_bytes)];
     OutputStatus { name: "record", state, figures }
 }

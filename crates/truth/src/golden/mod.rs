@@ -4,7 +4,7 @@ mod pictures;
 mod views;
 
 use super::double_double::{DoubleDouble, DoubleDouble4};
-use crate::scene::{LookAt, Viewport, ViewportRule};
+use fbptr_core::scene::{LookAt, Viewport, ViewportRule};
 use glam::DVec3;
 use serde_json::Value;
 

@@ -1,13 +1,13 @@
 //! Colours: tables of small pictures, interpolation across a face, mip levels, light.
 
 use super::*;
-use crate::memory::DepthFormat;
-use crate::scene::{
+use fbptr_core::memory::DepthFormat;
+use fbptr_core::scene::{
     Camera, Corner, Cull, Geometry, Light, LightKind, LightingModel, Material, Mesh, NONE, Object,
     Projection, Scene, Texture,
 };
-use crate::truth::texture::{MipChain, UvFootprint};
-use crate::truth::{Settings, TruthPicture, render};
+use crate::texture::{MipChain, UvFootprint};
+use crate::{Settings, TruthPicture, render};
 use glam::{DMat4, DVec4};
 use std::sync::Arc;
 
@@ -83,7 +83,7 @@ fn the_opaque_tables_of_003() {
     let both = table_picture(&scene);
     assert_depths(&both, &e["depth_both"]);
     assert_colors(&both, &e["colour_with_zbuffer"]);
-    let settings = Settings { hide: crate::scene::HiddenSurface::None, ..Settings::default() };
+    let settings = Settings { hide: fbptr_core::scene::HiddenSurface::None, ..Settings::default() };
     let without = render(&scene, 12, 10, DepthFormat::F32, &settings).unwrap();
     assert_colors(&without, &e["colour_without_zbuffer"]);
 }
@@ -129,8 +129,8 @@ fn perspective_correct_and_affine_colours_of_003() {
         Corner { position: i as u32, normal: NONE, texcoord: NONE, color: i as u32 }
     });
     for (interpolation, expected) in [
-        (crate::scene::Interpolation::Perspective, &perspective["expected"]["colour"]),
-        (crate::scene::Interpolation::Affine, &weights["expected"]["colour_affine"]),
+        (fbptr_core::scene::Interpolation::Perspective, &perspective["expected"]["colour"]),
+        (fbptr_core::scene::Interpolation::Affine, &weights["expected"]["colour_affine"]),
     ] {
         let settings = Settings { interpolation, ..Settings::default() };
         let picture = render(&scene, 64, 64, DepthFormat::F32, &settings).unwrap();
@@ -160,8 +160,8 @@ fn the_mip_level_of_003() {
         mesh.texcoords.push(glam::DVec2::from_slice(&numbers(&g["inputs"]["uv"][i])));
         Corner { position: i as u32, normal: NONE, texcoord: i as u32, color: NONE }
     });
-    let filter = crate::scene::Filter::Mipmap;
-    scene.objects[0].texture = Some((ramp, crate::scene::Sampling { filter, ..Default::default() }));
+    let filter = fbptr_core::scene::Filter::Mipmap;
+    scene.objects[0].texture = Some((ramp, fbptr_core::scene::Sampling { filter, ..Default::default() }));
     let picture = render(&scene, 64, 64, DepthFormat::F32, &Settings::default()).unwrap();
     let states = picture.states(28, 22);
     assert_eq!(states.len(), 1);
@@ -193,13 +193,13 @@ fn lighting_of_x3d() {
             ambient: vector(&i["Il"]) * n("Iia"),
             clamp_attenuation: true,
         };
-        let lighting = crate::truth::light::ObjectLighting {
+        let lighting = crate::light::ObjectLighting {
             ambient: DVec3::ZERO,
             lights: vec![&light],
-            viewer: crate::truth::ViewerPosition::Axis(vector(&i["Vv"])),
+            viewer: crate::ViewerPosition::Axis(vector(&i["Vv"])),
         };
         let lit =
-            crate::truth::light::light_point(&material, DVec3::ONE, DVec3::ZERO, vector(&i["N"]), &lighting);
+            crate::light::light_point(&material, DVec3::ONE, DVec3::ZERO, vector(&i["N"]), &lighting);
         assert_eq!(lit.len(), 1, "{}", case["name"]);
         all_near(&(lit[0].diffuse_ambient + lit[0].specular_emissive).to_array(), &case["colour"], 1e-12);
     }

@@ -1,9 +1,9 @@
 //! Cameras, projections, and the resulting depths.
 
 use super::*;
-use crate::memory::DepthFormat;
-use crate::scene::{Camera, ObliqueKind, Projection};
-use crate::truth::camera::{Sight, transform};
+use fbptr_core::memory::DepthFormat;
+use fbptr_core::scene::{Camera, ObliqueKind, Projection};
+use crate::camera::{Sight, transform};
 
 #[test]
 fn camera_matrix_of_004() {
@@ -70,7 +70,7 @@ fn viewing_transformation_of_000() {
         };
         let camera = Camera { projection, ..Camera::default() };
         let sight = Sight::new(&camera, &viewport).unwrap();
-        let m1 = crate::truth::camera::multiply(&sight.projection, &sight.view);
+        let m1 = crate::camera::multiply(&sight.projection, &sight.view);
         for (row, expected) in m1.iter().zip(case["matrices"]["M1"].as_array().unwrap()) {
             all_near(&narrow(*row), expected, 1e-12);
         }
@@ -159,7 +159,7 @@ fn depth_values_of_003() {
         let z = clip[2] / clip[3];
         near(z.to_f64(), &case["normalised"], 1e-15);
         for (format, key) in [(DepthFormat::U16, "u16"), (DepthFormat::U32, "u32")] {
-            use crate::truth::picture::StoredDepth;
+            use crate::picture::StoredDepth;
             let word = case[key].as_u64().unwrap();
             assert_eq!(format.words_around([z, z]), [word, word], "{key}");
             assert_eq!(format.encode(z.to_f64(), 1.0 - z.to_f64()) as u64, word);

@@ -2,13 +2,13 @@
 //! frames, ties, seams, exhaustive blending, extremes of lights, angles and scales.
 
 use super::{case, colored, ortho, triangles, v, with_camera};
-use crate::math::matrix;
-use crate::memory::DepthFormat;
-use crate::scene::{
+use fbptr_core::math::matrix;
+use fbptr_core::memory::DepthFormat;
+use fbptr_core::scene::{
     Camera, Corner, Cull, Filter, HiddenSurface, Light, LightingModel, LookAt, Material, Mesh, NONE, Object,
     Projection, Sampling, ShadeMode, Texture, Wrap,
 };
-use crate::truth::scenes::{Case, box_mesh, object};
+use crate::scenes::{Case, box_mesh, object};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -200,7 +200,7 @@ fn seams(cases: &mut Vec<Case>) {
 
 fn lighting(cases: &mut Vec<Case>) {
     let ball = |material: Material| {
-        let mut o = object("ball", crate::scene::shapes::sphere(1.5).expect("a sphere of radius 1.5"));
+        let mut o = object("ball", fbptr_core::scene::shapes::sphere(1.5).expect("a sphere of radius 1.5"));
         o.material = material;
         o
     };

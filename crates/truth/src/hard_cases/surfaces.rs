@@ -1,10 +1,10 @@
 //! Hard cases of surfaces: lights, textures, models, viewports.
 
 use super::{case, colored, triangles, v, with_camera};
-use crate::truth::scenes::{Case, box_mesh, object, terrain};
+use crate::scenes::{Case, box_mesh, object, terrain};
 
-use crate::math::matrix;
-use crate::scene::{
+use fbptr_core::math::matrix;
+use fbptr_core::scene::{
     Attenuation, Camera, Cull, Filter, LightKind, LightingModel, LookAt, Material, Projection, Sampling,
     ShadeMode, Texture, Viewport, ViewportRule, Wrap,
 };

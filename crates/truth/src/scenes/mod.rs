@@ -7,9 +7,9 @@
 mod parts;
 
 use super::{Settings, Transparency};
-use crate::math::matrix;
-use crate::memory::DepthFormat;
-use crate::scene::{
+use fbptr_core::math::matrix;
+use fbptr_core::memory::DepthFormat;
+use fbptr_core::scene::{
     Camera, Corner, Cull, Fog, FogKind, Geometry, HiddenSurface, Interpolation, Light, LookAt, Material,
     Mesh, NONE, Object, ObliqueKind, Projection, Scene, ShadeMode, TransparencyOrder, Viewport, ViewportRule,
 };
@@ -167,7 +167,7 @@ pub fn random(seed: u64) -> Case {
         ambient: if r.one_in(3) { DVec3::ZERO } else { r.point(0.1, 0.6) },
         lights,
         objects,
-        background: crate::scene::Background { color: r.one_in(4).then(|| r.point(0.0, 1.0)) },
+        background: fbptr_core::scene::Background { color: r.one_in(4).then(|| r.point(0.0, 1.0)) },
         sky: None,
         fog: r.one_in(6).then(|| Fog {
             color: r.point(0.0, 1.0),
@@ -204,7 +204,7 @@ pub fn random(seed: u64) -> Case {
     let mut scene = scene;
     if settings.transparency == Transparency::AtOnce {
         // A DRAW of a stream has no background.
-        scene.background = crate::scene::Background::default();
+        scene.background = fbptr_core::scene::Background::default();
     }
     Case { name: format!("random scene {seed}"), scene, settings, format, width, height }
 }
@@ -253,26 +253,4 @@ pub fn random_camera(r: &mut Random) -> Camera {
         },
     };
     Camera { look_at, projection }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_seed_gives_one_scene_and_scenes_show_something() {
-        assert_eq!(format!("{:?}", random(5)), format!("{:?}", random(5)));
-        let mut drawn = 0;
-        for seed in 0..30 {
-            let case = random(seed);
-            let truth =
-                crate::truth::render(&case.scene, case.width, case.height, case.format, &case.settings)
-                    .unwrap();
-            let pixels = case.width * case.height;
-            let seen = (0..pixels)
-                .filter(|i| truth.states(i % case.width, i / case.width).iter().any(|s| s.drawn.is_some()));
-            drawn += u32::from(seen.count() as u32 > pixels / 20);
-        }
-        assert!(drawn > 15, "only {drawn} of 30 random scenes show something");
-    }
 }

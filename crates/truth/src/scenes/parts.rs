@@ -1,8 +1,8 @@
 //! Parts of random scenes: lights, materials, textures, meshes, objects.
 
 use super::{Random, box_mesh, object, terrain};
-use crate::math::matrix;
-use crate::scene::{
+use fbptr_core::math::matrix;
+use fbptr_core::scene::{
     Attenuation, Corner, Cull, Filter, Light, LightKind, LightingModel, Material, Mesh, NONE, Object,
     Sampling, ShadeMode, Texture, Wrap,
 };

@@ -1,6 +1,6 @@
 //! Header of the shared file, and the errors of opening one.
 
-use crate::error::Code;
+use crate::error::{Code, Fault};
 use crate::memory::MAX_SIDE;
 use std::error::Error;
 use std::fmt;
@@ -94,6 +94,12 @@ impl SharedError {
             SharedError::Truncated { .. } => Code::Perm,
             SharedError::InUse { .. } | SharedError::Io { .. } => Code::Perm,
         }
+    }
+}
+
+impl From<SharedError> for Fault {
+    fn from(e: SharedError) -> Self {
+        Fault::new(e.code(), e.to_string())
     }
 }
 

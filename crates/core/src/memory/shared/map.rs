@@ -71,7 +71,7 @@ impl Map {
     ///
     /// # Panics
     /// If `at` is not a multiple of 8, or the bytes are not all inside the map.
-    #[cfg(fbptr_preload)]
+    #[cfg(target_os = "linux")]
     pub fn longs(&self, at: usize, count: usize) -> &[AtomicU64] {
         assert!(at.is_multiple_of(8) && at <= self.raw.len() && count <= (self.raw.len() - at) / 8);
         // SAFETY: as in `word_at`, for each of the words; a slice of atomics allows that others

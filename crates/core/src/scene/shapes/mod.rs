@@ -19,7 +19,7 @@ pub use revolved::{RevolvedParts, cone, cone_parts, cylinder, cylinder_parts, sp
 pub use teapot::{DEFAULT_TEAPOT_LEVEL, MAX_TEAPOT_LEVEL, teapot, teapot_bytes};
 
 use super::{Corner, Mesh, NONE, Polygon};
-use crate::error::Code;
+use crate::error::{Code, Fault};
 use glam::{DVec2, DVec3};
 use std::fmt;
 
@@ -75,6 +75,12 @@ impl ShapeError {
             ShapeError::BadSize { .. } | ShapeError::TooCoarse { .. } => Code::Range,
             ShapeError::TooFine { .. } => Code::TooBig,
         }
+    }
+}
+
+impl From<ShapeError> for Fault {
+    fn from(e: ShapeError) -> Self {
+        Fault::new(e.code(), e.to_string())
     }
 }
 

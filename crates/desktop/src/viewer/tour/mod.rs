@@ -29,7 +29,7 @@ use std::sync::Arc;
 pub type MakeSizedEngine = Arc<dyn Fn([u32; 2]) -> Result<Engine, String> + Send + Sync>;
 
 /// The built-in script.
-const SCRIPT: &[u8] = include_bytes!("../../../demos/tour/steps.fbs");
+const SCRIPT: &[u8] = include_bytes!("steps.fbs");
 
 /// Frames per second of a movie of the tour.
 pub const MOVIE_FRAMES_PER_SECOND: f64 = 5.0;

@@ -1,6 +1,6 @@
 //! The tour's steps, as text: each is a stream of commands with a title and a caption.
 //!
-//! In: `demos/tour/steps.fbs`. A line that begins with `#= ` starts a step and is its title; `#: `
+//! In: `steps.fbs`. A line that begins with `#= ` starts a step and is its title; `#: `
 //! is a line of its caption, `#size WxH` the frame's size (640x480 otherwise), `#hold N` the frames
 //! of the tour for which each frame of the step is shown (1 otherwise), and `#each N` stands before
 //! lines that are repeated N times, with a `PRESENT` after each. Everything else is the stream

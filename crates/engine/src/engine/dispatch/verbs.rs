@@ -45,7 +45,7 @@ macro_rules! run_commands {
         impl Engine {
             /// Runs a command, or creates its job.
             #[inline(never)]
-            pub(in crate::server::engine) fn $dispatch(
+            pub(in crate::engine) fn $dispatch(
                 &mut self,
                 call: &mut Call<'_>,
                 command: Command,
@@ -61,7 +61,7 @@ macro_rules! run_commands {
 
         /// Returns whether a job always makes the effect of a command: its result is what is
         /// recorded.
-        pub(in crate::server::engine) fn $is_made_by_job(command: &Command) -> bool {
+        pub(in crate::engine) fn $is_made_by_job(command: &Command) -> bool {
             match command {
                 $($( Command::$variant { .. } => is_job!($way), )+)*
                 $( Command::$nest(_) => false, )*
@@ -80,7 +80,7 @@ macro_rules! is_job {
     };
 }
 #[cfg(test)]
-pub(in crate::server::engine) use run_commands;
+pub(in crate::engine) use run_commands;
 
 /// A function that returns whether a command is of one of these rows.
 macro_rules! has_variant {
@@ -96,7 +96,7 @@ macro_rules! has_variant {
         : $forms:tt eg $example:literal;
     )*) => {
         /// Returns whether the command is one of Pixelflut's own.
-        pub(in crate::server::engine) fn $name(command: &Command) -> bool {
+        pub(in crate::engine) fn $name(command: &Command) -> bool {
             matches!(command, $($( Command::$variant { .. } )|+)|*)
         }
     };

@@ -14,7 +14,7 @@ const LONG_NS: u64 = 2_000_000;
 
 impl Engine {
     /// Returns whether a command may take so long that others should not wait for all of it.
-    pub(in crate::server::engine) fn is_long(&self, s: &Session, command: &Command) -> bool {
+    pub(in crate::engine) fn is_long(&self, s: &Session, command: &Command) -> bool {
         use Command as C;
         let frame = self.framebuffer.area();
         // Estimated nanoseconds per pixel.

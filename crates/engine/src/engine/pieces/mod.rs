@@ -78,7 +78,7 @@ trait Piecewise: fmt::Debug + Send {
 
 /// A command that runs in pieces.
 #[derive(Debug)]
-pub(in crate::server) struct Pieces {
+pub(crate) struct Pieces {
     verb: &'static str,
     work: Box<dyn Piecewise>,
     begun: Instant,
@@ -170,7 +170,7 @@ impl Engine {
     ) -> Result<bool, Fault> {
         loop {
             let is_last = pieces.work.run(self, s, budget.until)?;
-            #[cfg(test)]
+            #[cfg(debug_assertions)]
             self.meet_defect(pieces.verb);
             if is_last {
                 return Ok(true);
@@ -226,7 +226,7 @@ impl Engine {
     }
 
     /// Abandons a command in pieces, because its connection or the server ends.
-    pub(in crate::server) fn abandon(&mut self, s: &mut Session, verb: &'static str, mut pieces: Pieces) {
+    pub(crate) fn abandon(&mut self, s: &mut Session, verb: &'static str, mut pieces: Pieces) {
         self.note_abandoned(verb);
         self.on_surface(s, verb, |engine, _| engine.stop_pieces(&mut pieces));
     }

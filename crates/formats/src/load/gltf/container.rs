@@ -5,7 +5,7 @@
 use crate::load::{FilePosition, LoadError, LoadErrorKind, LoadWarning};
 
 /// First bytes of a GLB file.
-pub(crate) const MAGIC: &[u8] = b"glTF";
+pub const MAGIC: &[u8] = b"glTF";
 
 /// Parts of a file.
 pub(super) struct Container<'a> {

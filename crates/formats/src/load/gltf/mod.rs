@@ -33,8 +33,7 @@ mod scenes;
 #[cfg(test)]
 mod tests;
 
-#[cfg(feature = "cli")]
-pub(crate) use container::MAGIC;
+pub use container::MAGIC;
 
 use super::error::short;
 use super::{FilePosition, LoadContext, LoadError, LoadErrorKind, LoadMemory, LoadWarning};

@@ -179,7 +179,7 @@ fn the_interchange_profile_is_whole() {
 
 #[test]
 fn the_page_names_every_node() {
-    let page = include_str!("../../../docs/x3d.md");
+    let page = include_str!("../../../../../docs/x3d.md");
     let words: BTreeSet<&str> = page.split(|c: char| !c.is_alphanumeric()).collect();
     let missing: Vec<_> = schema::all().map(|ty| ty.name).filter(|name| !words.contains(name)).collect();
     assert!(missing.is_empty(), "{missing:?}");

@@ -8,10 +8,10 @@ mod pieces;
 use super::check::Check;
 use super::frame::SceneFrame;
 use super::{BenchOptions, BenchRun, Workload};
-use crate::memory::{DepthMemory, VideoMemory};
-use crate::pipeline::{self, DrawCall, SceneOptions};
-use crate::scene::Scene;
-use crate::truth::{Settings, Transparency, TruthPicture};
+use fbptr_core::memory::{DepthMemory, VideoMemory};
+use fbptr_core::pipeline::{self, DrawCall, SceneOptions};
+use fbptr_core::scene::Scene;
+use fbptr_truth::{Settings, Transparency, TruthPicture};
 #[cfg(test)]
 use glam::{DMat4, DVec3};
 use made::{boxes, knot, layers, lit_knot, mesh_of, room, walls};

@@ -1,7 +1,7 @@
 //! Parts of the scenes: a camera, a material, a texture, a box.
 
-use crate::math::matrix;
-use crate::scene::{
+use fbptr_core::math::matrix;
+use fbptr_core::scene::{
     Camera, Corner, Filter, LookAt, Material, Mesh, NONE, Projection, Sampling, Texture, Wrap,
 };
 use glam::{DMat4, DVec2, DVec3};
