@@ -8,8 +8,8 @@
 use super::obj::SideFiles;
 use super::url::ends_of_absolute;
 use super::{LoadError, LoadMemory, texture};
-use crate::error::Code;
-use crate::scene::Texture;
+use fbptr_core::error::Code;
+use fbptr_core::scene::Texture;
 
 /// A file beside a mesh.
 pub(super) struct SideFile {

@@ -18,7 +18,7 @@ mod text;
 use super::defects::Defects;
 use super::mesh::{LoadedMesh, PolygonSizes, Smoothing, add_normals};
 use super::{FilePosition, LoadError, LoadErrorKind, LoadMemory, LoadWarning};
-use crate::scene::{Corner, Geometry, Mesh, NONE};
+use fbptr_core::scene::{Corner, Geometry, Mesh, NONE};
 use glam::DVec3;
 
 /// Bytes before the records of a binary file: a comment and their number.

@@ -7,7 +7,7 @@
 //!
 //! Source: glTF 2.0 Specification, section 3.9.5 (Alpha Coverage).
 
-use crate::scene::{Corner, Mesh, NONE};
+use fbptr_core::scene::{Corner, Mesh, NONE};
 
 /// Cuts away what is below `least`, of points and lines those with an end below it.
 pub(super) fn cut(mesh: &mut Mesh, least: f64) {

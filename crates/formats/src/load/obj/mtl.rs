@@ -11,7 +11,7 @@ use super::placement::Placement;
 use super::through_tobj::{self, RawMaterial};
 use crate::load::defects::Defects;
 use crate::load::{FilePosition, LoadError, LoadErrorKind, LoadWarning};
-use crate::scene::{LightingModel, Material};
+use fbptr_core::scene::{LightingModel, Material};
 use glam::{DVec2, DVec3};
 use std::collections::HashSet;
 use std::io::Write;

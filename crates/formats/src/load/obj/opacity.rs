@@ -7,7 +7,7 @@
 //! Source: the MTL format 4.2 (`map_d`; a scalar texture is the luminance by default).
 
 use crate::load::{LoadErrorKind, LoadMemory};
-use crate::scene::Texture;
+use fbptr_core::scene::Texture;
 
 /// Returns the texture `color` with the opacity of another picture.
 ///

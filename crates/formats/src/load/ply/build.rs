@@ -9,7 +9,7 @@ use super::rows::List;
 use crate::load::defects::Defects;
 use crate::load::mesh::PolygonSizes;
 use crate::load::{LoadError, LoadErrorKind};
-use crate::scene::{Corner, Mesh, NONE};
+use fbptr_core::scene::{Corner, Mesh, NONE};
 use glam::{DVec2, DVec4};
 
 /// The mesh of a file, and the rows that it is made without.

@@ -8,7 +8,7 @@ use super::reader::Reader;
 use super::rows::{self, Edges, Lists, RowDefects, Skipped, Vertices};
 use crate::load::error::short;
 use crate::load::{LoadError, LoadErrorKind, LoadMemory};
-use crate::scene::NONE;
+use fbptr_core::scene::NONE;
 
 /// Bytes for each vertex: its attributes in vectors that are copied as they grow, and as a point.
 const VERTEX_BYTES: u64 = 3 * (24 + 24 + 16 + 32 + 4) + 16 + 8;
