@@ -12,15 +12,23 @@ pub mod golden;
 mod movie;
 #[cfg(feature = "cli")]
 mod read;
+mod read_file;
 mod rgba;
 mod temporary;
 
-pub use atomic::atomically;
+#[cfg(feature = "movies")]
+pub(crate) use atomic::begin;
+#[cfg(feature = "engine")]
+pub(crate) use atomic::is_link;
+pub use atomic::{atomically, replace};
 pub use formats::{SnapshotFormat, check_depth_path, crc32, depth_to_path, pfm, png, ppm, raw, to_path};
 #[cfg(feature = "movies")]
 pub use movie::{MOVIE_ENDINGS, Movie, MovieFormat, numbered_path};
 #[cfg(feature = "cli")]
 pub(crate) use read::read_frame;
+pub(crate) use read_file::read_input;
+#[cfg(feature = "cli")]
+pub(crate) use read_file::{open_regular, read_regular};
 pub(crate) use rgba::rgba8;
 #[cfg(unix)]
 pub(crate) use temporary::{hold, temporary_name};

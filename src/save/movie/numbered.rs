@@ -2,7 +2,7 @@
 
 use super::FrameWriter;
 use crate::memory::VideoMemory;
-use crate::save::{atomically, png};
+use crate::save::{png, replace};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -21,7 +21,7 @@ impl Numbered {
 impl FrameWriter for Numbered {
     fn frame(&mut self, memory: &VideoMemory) -> io::Result<()> {
         let path = numbered_path(&self.path, self.next);
-        atomically(&path, |out| png(memory, out)).map_err(io::Error::other)?;
+        replace(&path, |out| png(memory, out)).map_err(io::Error::other)?;
         self.next += 1;
         Ok(())
     }
