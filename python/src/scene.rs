@@ -4,6 +4,7 @@
 //! folder), and the options of its frames. Out: pixels, CRCs, files that are whole or absent. The
 //! interpreter's lock is released while a frame is drawn; calls of several threads take turns.
 
+use crate::paths::FilePath;
 use fbptr::animation::{
     Animation, FrameError, FrameOptions, LoadedScene, SceneFile, SceneFormat, SceneSource,
 };
@@ -134,7 +135,7 @@ impl Scene {
         data: Vec<u8>,
         format: &str,
         name: &str,
-        folder: Option<PathBuf>,
+        folder: Option<FilePath>,
         files: Option<Files>,
         frames: u32,
         fps: f64,
@@ -261,7 +262,7 @@ impl Scene {
 
     /// Writes a frame to a file, whole or not at all. Returns the CRC-32 of its pixels, the file's
     /// length in bytes and the CRC-32 of the file's bytes.
-    fn write(&self, py: Python<'_>, frame: u32, path: PathBuf) -> PyResult<(u32, u64, u32)> {
+    fn write(&self, py: Python<'_>, frame: u32, path: FilePath) -> PyResult<(u32, u64, u32)> {
         let format = SnapshotFormat::of_path(&path).map_err(value_error)?;
         let memory = self.draw(py, frame)?;
         py.detach(|| {
@@ -275,12 +276,12 @@ impl Scene {
 
 /// Writes bytes to a file, whole or not at all.
 #[pyfunction]
-pub fn write_file(py: Python<'_>, path: PathBuf, data: Vec<u8>) -> PyResult<()> {
+pub fn write_file(py: Python<'_>, path: FilePath, data: Vec<u8>) -> PyResult<()> {
     py.detach(|| save::atomically(&path, |out| out.write_all(&data)).map_err(|e| os_error(&e, &path)))
 }
 
 /// Removes the unfinished files that killed processes left in a folder, and none of a living one.
 #[pyfunction]
-pub fn remove_leftovers(py: Python<'_>, folder: PathBuf) {
+pub fn remove_leftovers(py: Python<'_>, folder: FilePath) {
     py.detach(|| save::remove_leftovers_in(&folder));
 }

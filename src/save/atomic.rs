@@ -47,6 +47,7 @@ pub(crate) fn is_link(path: &Path) -> bool {
 
 /// Begins a new file at `path`, in the place of what was there, for bytes that follow one after the
 /// other. Special files are opened as [`atomically`] does.
+#[cfg(any(feature = "movies", feature = "engine"))]
 pub(crate) fn begin(path: &Path) -> io::Result<File> {
     if let Some(file) = open_special(path)? {
         return Ok(file);
@@ -95,7 +96,7 @@ fn fill(file: File, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io:
     out.into_inner().map_err(|e| e.into_error())
 }
 
-#[cfg(all(test, unix))]
+#[cfg(all(test, unix, feature = "movies"))]
 mod tests {
     use super::*;
     use std::io::Read;

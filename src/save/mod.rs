@@ -16,7 +16,7 @@ mod read_file;
 mod rgba;
 mod temporary;
 
-#[cfg(feature = "movies")]
+#[cfg(any(feature = "movies", feature = "engine"))]
 pub(crate) use atomic::begin;
 #[cfg(feature = "engine")]
 pub(crate) use atomic::is_link;

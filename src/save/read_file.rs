@@ -4,7 +4,9 @@
 //! waiting for a pipe. A path that the user gives as an input is opened as it is, so that a pipe or
 //! `/dev/stdin` serves; the bytes that are read from it are bounded either way.
 
-use std::fs::{File, Metadata, OpenOptions};
+#[cfg(feature = "cli")]
+use std::fs::OpenOptions;
+use std::fs::{File, Metadata};
 use std::io::{self, Read};
 use std::path::Path;
 
@@ -12,6 +14,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// If there is something else, which is named, or the system reports an error.
+#[cfg(feature = "cli")]
 pub(crate) fn open_regular(path: &Path, options: &mut OpenOptions) -> io::Result<File> {
     #[cfg(unix)]
     {
@@ -31,12 +34,14 @@ pub(crate) fn open_regular(path: &Path, options: &mut OpenOptions) -> io::Result
     }
 }
 
+#[cfg(feature = "cli")]
 fn not_regular(meta: &Metadata) -> Option<io::Error> {
     let message = || format!("expected a regular file, found {}", kind_of(meta));
     (!meta.is_file()).then(|| io::Error::new(io::ErrorKind::InvalidInput, message()))
 }
 
 /// Returns what an entry of a folder is.
+#[cfg(feature = "cli")]
 fn kind_of(meta: &Metadata) -> &'static str {
     let kind = meta.file_type();
     if kind.is_symlink() {
@@ -62,6 +67,7 @@ fn kind_of(meta: &Metadata) -> &'static str {
 ///
 /// # Errors
 /// As [`open_regular`], or if it has more than `limit` bytes.
+#[cfg(feature = "cli")]
 pub(crate) fn read_regular(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     read_all(open_regular(path, OpenOptions::new().read(true))?, limit)
 }
@@ -89,7 +95,7 @@ fn read_all(file: File, limit: u64) -> io::Result<Vec<u8>> {
     }
 }
 
-#[cfg(all(test, unix))]
+#[cfg(all(test, unix, feature = "cli"))]
 mod tests {
     use super::*;
     use std::os::unix::fs::symlink;
