@@ -25,8 +25,8 @@ use std::sync::{Mutex, MutexGuard};
 
 /// Largest file that a scene may read, in bytes.
 const MAX_BYTES: u64 = 4 << 30;
-/// Angle up to which the edges of meshes without normals are smooth, that of `fbptr render`.
-const SMOOTH_DEG: f64 = 60.0;
+/// Which edges of meshes without normals are smooth, as for `fbptr render`.
+const SMOOTHING: Smoothing = Smoothing::Automatic;
 
 /// Files by name; None for those that are missing.
 type Files = BTreeMap<String, Option<Vec<u8>>>;
@@ -94,7 +94,7 @@ fn read(
         asked.insert(name.to_owned(), found.clone());
         found
     };
-    let smoothing = Smoothing::Angle(SMOOTH_DEG.to_radians());
+    let smoothing = SMOOTHING;
     let memory = LoadMemory::unlimited();
     let source = SceneSource { bytes, format, name, folder: "", opener: &mut opener, smoothing, memory };
     let loaded = SceneFile::read(source)?;
@@ -196,7 +196,7 @@ impl Scene {
         let stem = std::path::Path::new(name).file_stem().map(|n| n.to_string_lossy().into_owned());
         let animation = Animation::new(file, stem.unwrap_or_default(), options).map_err(value_error)?;
         // The text of the arguments that `fbptr render` has beside these, at their defaults.
-        let more = format!("{:?} {:?}", Smoothing::Angle(SMOOTH_DEG.to_radians()), None::<f64>);
+        let more = format!("{:?} {:?}", SMOOTHING, None::<f64>);
         let (size, recipe) = (animation.size(), animation.recipe(crc, &more));
         VideoMemory::new(size[0], size[1]).map_err(value_error)?;
         let pool = worker_pool((threads != 0).then_some(threads)).filter(|_| threads != 1);

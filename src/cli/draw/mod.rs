@@ -28,7 +28,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
-use terminal::Attributes;
+use terminal::Terminal;
 
 /// Type commands and see them drawn: a prompt beside the window.
 #[derive(Debug, Args)]
@@ -94,7 +94,8 @@ impl Draw {
         let (ended, end) = channel();
         let (shown, on_thread) = (display.clone(), server.clone());
         let (signalled, left) = (ended.clone(), display.clone());
-        let terminal = Attributes::note();
+        let terminal = Arc::new(Terminal::note());
+        let on_terminal = terminal.clone();
         signals::watch(move || {
             let _ = signalled.send(Ending::Signal);
             left.iter().for_each(|display| display.leave());
@@ -102,7 +103,7 @@ impl Draw {
         let typing = std::thread::Builder::new()
             .name("prompt".into())
             .spawn(move || {
-                let status = converse(on_thread, [width, height], stream);
+                let status = converse(on_thread, on_terminal, [width, height], stream);
                 // The window's thread may wait for either.
                 let _ = ended.send(Ending::Quit);
                 shown.iter().for_each(|display| display.leave());
@@ -110,7 +111,7 @@ impl Draw {
             })
             .map_err(|e| format!("no thread to read on: {e}"))?;
         if show(&server, display, &end) == Ending::Signal {
-            terminal.restore();
+            terminal.give_back();
             let picture = server.client().snapshot().map_err(|fault| fault.message)?;
             return Ok(self.save(&picture, Status::Success));
         }
@@ -175,10 +176,15 @@ fn show(_: &Server, _: Option<Arc<Display>>, end: &Receiver<Ending>) -> Ending {
 }
 
 /// Reads lines and draws them until `quit` or the end of the input.
-fn converse(server: Arc<Server>, size: [u32; 2], stream: Option<Stream>) -> Result<Status, String> {
+fn converse(
+    server: Arc<Server>,
+    terminal: Arc<Terminal>,
+    size: [u32; 2],
+    stream: Option<Stream>,
+) -> Result<Status, String> {
     let broken = |e: std::io::Error| format!("the render thread cannot be reached: {e}");
     let mut session = Session::new(server, size).map_err(broken)?;
-    let mut prompt = Prompt::new()?;
+    let mut prompt = Prompt::new(terminal)?;
     let is_terminal = std::io::stdin().is_terminal();
     let mut has_failed = false;
     if is_terminal {
