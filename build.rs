@@ -1,43 +1,9 @@
-//! Compiles the preload library of `fbptr run` (`preload/lib.rs`) for Linux with the GNU C library,
-//! so that the program carries it. Elsewhere, and for a library without the program (feature `cli`),
-//! nothing is compiled.
-
-use std::env;
-use std::path::PathBuf;
-use std::process::Command;
+//! Says whether the program carries the preload library of `fbptr run`, which `fbptr-desktop` builds.
 
 fn main() {
-    println!("cargo::rerun-if-changed=preload");
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rustc-check-cfg=cfg(fbptr_preload)");
-    let set = |name: &str| env::var(name).unwrap_or_default();
-    let is_known = ["x86_64", "aarch64", "riscv64"].contains(&&*set("CARGO_CFG_TARGET_ARCH"));
-    let is_served = env::var_os("CARGO_FEATURE_CLI").is_some();
-    // Without a linker for another architecture the program cannot be linked either, only checked.
-    let is_linked = set("TARGET") == set("HOST") || env::var_os("RUSTC_LINKER").is_some();
-    if !is_served
-        || !is_linked
-        || set("CARGO_CFG_TARGET_OS") != "linux"
-        || set("CARGO_CFG_TARGET_ENV") != "gnu"
-        || !is_known
-    {
-        return;
+    if std::env::var_os("DEP_FBPTR_PRELOAD_IS_BUILT").is_some() {
+        println!("cargo::rustc-cfg=fbptr_preload");
     }
-    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it")).join("fbptr_preload.so");
-    let mut rustc = Command::new(env::var_os("RUSTC").expect("cargo sets it"));
-    rustc.args(["--edition", "2024", "--crate-type", "cdylib", "--crate-name", "fbptr_preload"]);
-    rustc.args(["--target", &set("TARGET"), "preload/lib.rs", "-o"]).arg(&out);
-    // All of `core` is optimized with it, which leaves 110 kB and no symbol of Rust's runtime.
-    for option in ["panic=abort", "opt-level=2", "lto=fat", "codegen-units=1", "debuginfo=0", "strip=symbols"]
-    {
-        rustc.args(["-C", option]);
-    }
-    if let Some(linker) = env::var_os("RUSTC_LINKER") {
-        let mut option = std::ffi::OsString::from("linker=");
-        option.push(linker);
-        rustc.arg("-C").arg(option);
-    }
-    let status = rustc.status().expect("rustc starts");
-    assert!(status.success(), "the preload library does not compile: {status}");
-    println!("cargo::rustc-cfg=fbptr_preload");
 }

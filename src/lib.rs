@@ -157,76 +157,49 @@
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
 
-// 0: numbers, kernels, threads, error codes
+#[doc(inline)]
+pub use fbptr_command as command;
 #[doc(hidden)]
-pub mod cancel;
-pub mod error;
+pub use fbptr_command::framebuffer;
+pub use fbptr_command::framebuffer::{DrawReport, DrawState, Drawable, Framebuffer, InvisibleDraw};
+#[doc(inline)]
+pub use fbptr_core::{draw2d, error, eye, memory, pipeline, scene};
 #[doc(hidden)]
-pub mod executor;
-#[cfg(feature = "server")]
-#[doc(hidden)]
-pub mod input;
-#[doc(hidden)]
-pub mod math;
-#[doc(hidden)]
-pub mod simd;
-// 1: video memory and scene data
-pub mod memory;
-pub mod scene;
-// 2: drawing
-pub mod draw2d;
-pub mod eye;
+pub use fbptr_core::{cancel, executor, input, math, simd};
+pub use fbptr_core::{
+    Camera, CancelToken, Executor, Geometry, Level, Light, Material, Mesh, Renderer, Rgba, Scene, ThreadPool,
+    VideoMemory, glam,
+};
 #[cfg(fbptr_preload)]
 #[doc(hidden)]
-pub mod fbdev;
-pub mod pipeline;
-#[cfg(feature = "truth")]
-#[doc(hidden)]
-pub mod truth;
-// 3: commands and files, without a thread
-pub mod command;
-pub mod load;
-pub mod save;
-// 3: a frame with everything that draws on it
-#[doc(hidden)]
-pub mod framebuffer;
-// 3: the frames of a scene file
-#[cfg(feature = "formats")]
-#[doc(hidden)]
-pub mod animation;
-// 4: the engine, and the render thread around it
-#[cfg(feature = "engine")]
-#[doc(hidden)]
-pub mod server;
-// 5: the viewer and the measurements
-#[cfg(feature = "lab")]
-#[doc(hidden)]
-pub mod measure;
+pub use fbptr_desktop::fbdev;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
-pub mod viewer;
-// 6: the screen
+pub use fbptr_desktop::viewer;
 #[cfg(feature = "window")]
 #[doc(hidden)]
-pub mod window;
-// 7: the command line
+pub use fbptr_desktop::window;
+#[cfg(feature = "window")]
+pub use fbptr_desktop::window::{FrameInput, WindowError, program::run};
+#[doc(hidden)]
+pub use fbptr_formats::animation;
+#[doc(inline)]
+pub use fbptr_formats::{load, save};
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub use fbptr_lab as measure;
+#[cfg(feature = "server")]
+#[doc(hidden)]
+pub use fbptr_server as server;
+#[cfg(feature = "server")]
+pub use fbptr_server::{Client, Finish, RenderThread};
+#[cfg(feature = "server")]
+#[doc(hidden)]
+pub use fbptr_truth as truth;
+
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod cli;
-
-pub use cancel::CancelToken;
-pub use executor::{Executor, ThreadPool};
-pub use framebuffer::{DrawReport, DrawState, Drawable, Framebuffer, InvisibleDraw};
-/// Vectors and matrices, in the version whose types the functions here take.
-pub use glam;
-pub use memory::{Rgba, VideoMemory};
-pub use pipeline::Renderer;
-pub use scene::{Camera, Geometry, Light, Material, Mesh, Scene};
-#[cfg(feature = "server")]
-pub use server::{Client, Finish, RenderThread};
-pub use simd::Level;
-#[cfg(feature = "window")]
-pub use window::{FrameInput, WindowError, program::run};
 
 /// Compiles the README's examples as doc tests.
 #[cfg(all(doctest, feature = "server"))]

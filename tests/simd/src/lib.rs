@@ -4,5 +4,5 @@
 #![allow(dead_code, unused_imports, reason = "only the tests are used")]
 #![allow(unexpected_cfgs, reason = "the module asks for features of the crate that it is a part of")]
 
-#[path = "../../../src/simd/mod.rs"]
+#[path = "../../../crates/core/src/simd/mod.rs"]
 mod simd;

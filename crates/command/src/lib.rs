@@ -1,0 +1,57 @@
+//! The command language: the closed list of commands, and the codecs that read and write them.
+//!
+//! No I/O: bytes come in as slices, commands go out as values. A typed [`Command`] is both what the
+//! in-process handle sends and what the decoder produces from a stream.
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+// `unwrap` is for tests: code says why a value cannot be missing.
+#![cfg_attr(not(test), deny(clippy::unwrap_used))]
+
+pub(crate) use fbptr_core::{cancel, draw2d, error, executor, eye, input, math, memory, pipeline, scene, simd};
+pub(crate) use crate as command;
+pub(crate) use fbptr_formats::{load, save};
+
+pub mod framebuffer;
+mod args;
+mod arguments;
+mod arity;
+mod binary_pixels;
+mod codec;
+mod commands;
+mod decoder;
+mod encode;
+#[cfg(test)]
+pub(crate) mod example;
+mod figure;
+mod help;
+mod long_line;
+mod methods;
+mod payload_pool;
+mod pixel_lexer;
+mod scan;
+mod sink;
+mod stream_error;
+mod suggest;
+mod table;
+mod validate;
+mod verb;
+mod verb_macros;
+
+pub use crate::memory::{parse_color, parse_light_color};
+pub use arity::Arity;
+pub use commands::{
+    AreaColors, Command, ErrorMode, Figure, FileKind, LightCommand, MeshSource, Quality, RampColor, RealRect,
+    Rect, Shears, SnapTarget,
+};
+pub use decoder::BYTE_ORDER_MARK;
+pub use decoder::{Decoder, EndOfInput, Limits, MAX_LINE_BYTES};
+pub use encode::{EncodeError, encode};
+pub use figure::DrawFigure;
+pub use help::{help_on, help_text};
+pub(crate) use methods::each_figure;
+pub use payload_pool::PayloadPool;
+pub use sink::{BINARY_PIXEL_BYTES, Flow, Sink, StreamPosition, binary_pixel};
+pub use stream_error::{
+    StreamError, Subject, format_error, format_fault, format_play_error, format_play_fault,
+};
+pub use verb::{Encoding, Form, Group, Parameter, ParameterKind, Payload, Reach, Reply, Verb};

@@ -1,0 +1,160 @@
+//! For each draw the cheapest settings whose proven bound is within E.
+
+use super::bounds::ShadedObject;
+use super::costs::{ObjectCosts, covered_pixels};
+use super::settings::QualitySettings;
+use super::{Budget, Choice, MeshShapes, exact_reason, steps_of_rounding};
+use crate::pipeline::draw_call::DrawCall;
+use crate::pipeline::ndc_box::{ClipTransform, NdcBox};
+use crate::scene::ShadeMode;
+use std::iter;
+
+/// Part of the pixels' saving that lighting vertices or faces may cost at most: an estimate of the
+/// pixels that an object covers may be three times too large.
+const TABLE_PART: f64 = 1.0 / 3.0;
+
+/// Part of an object's cost that other settings must save: exact settings win ties.
+const LEAST_SAVING: f64 = 0.05;
+
+/// Returns the settings that are proven to stay within the budget, by what was measured of the
+/// meshes.
+pub fn prove(budget: &Budget, shapes: &mut MeshShapes) -> Choice {
+    let mut choice = Choice::exact(budget);
+    choice.exact_because = budget.exact_reason();
+    if choice.exact_because.is_some() {
+        return choice;
+    }
+    for (i, object) in budget.scene.objects.iter().enumerate() {
+        let call = DrawCall::of_object(object, budget.scene, budget.options);
+        let Some(to_clip) = shapes.clip_transform(&call) else { return choice };
+        let Some(chosen) = choose(&call, budget.max_error, to_clip, shapes) else {
+            choice.unknown += 1;
+            continue;
+        };
+        choice.unmeasured += usize::from(chosen.is_unmeasured);
+        choice.costs = choice.costs.map(|cost| cost + chosen.exact);
+        if let Some(found) = chosen.found {
+            choice.costs[1] += found.cost - chosen.exact;
+            choice.proven = choice.proven.max(found.bound);
+            choice.settings[i] = found.settings;
+        }
+    }
+    if choice.is_exact() {
+        choice.exact_because = Some("nothing cheaper is proven to stay within the limit: exact");
+    }
+    choice
+}
+
+/// Returns the settings of a single draw that are proven to stay within E, as [`prove`] does for a
+/// scene of one object; and the rectangle around its mesh on the screen, if it was computed.
+pub fn settings_of(
+    call: &DrawCall,
+    max_error: f64,
+    shapes: &mut MeshShapes,
+) -> (QualitySettings, Option<NdcBox>) {
+    if exact_reason(call.hide, max_error).is_some() {
+        return Default::default();
+    }
+    let to_clip = shapes.clip_transform(call);
+    match to_clip.and_then(|to_clip| choose(call, max_error, to_clip, shapes)) {
+        Some(Chosen { found, ndc_box, .. }) => (found.map(|f| f.settings).unwrap_or_default(), ndc_box),
+        None => Default::default(),
+    }
+}
+
+/// Settings chosen for a draw, and the figures behind them.
+struct Chosen {
+    /// Cost of the exact settings.
+    exact: f64,
+    /// Cheaper settings, if some are proven to stay within E.
+    found: Option<Proven>,
+    /// True if measuring the mesh would cost more than two exact frames.
+    is_unmeasured: bool,
+    /// Rectangle around the mesh on the screen; `None` if it reaches the eye.
+    ndc_box: Option<NdcBox>,
+}
+
+/// Chooses the settings of a draw; `None` if its mesh is drawn for the first time. `to_clip` is
+/// the transform from the world to clip space.
+fn choose(
+    call: &DrawCall,
+    max_error: f64,
+    to_clip: ClipTransform,
+    shapes: &mut MeshShapes,
+) -> Option<Chosen> {
+    let geometry = call.shared?;
+    let mesh_box = shapes.box_of(geometry)?;
+    let area = f64::from(call.viewport.width) * f64::from(call.viewport.height);
+    let ndc_box = NdcBox::of(mesh_box.bounds, &to_clip.after(&call.model));
+    let costs = ObjectCosts::of(call, covered_pixels(ndc_box, area));
+    let exact = costs.drawing(call.shade, light_indices(call)).sum();
+    let mut chosen = Chosen { exact, found: None, is_unmeasured: false, ndc_box };
+    let may_pay = costs.drawing(call.shade, iter::empty()).sum() <= (1.0 - LEAST_SAVING) * exact;
+    if !may_pay || !costs.choice_is_cheap(exact, light_indices(call).count()) {
+        return Some(chosen);
+    }
+    let is_phong = call.shade == ShadeMode::Phong;
+    let may_measure = is_phong && costs.measuring_is_cheap(exact);
+    chosen.is_unmeasured = is_phong && !may_measure;
+    let angles = if may_measure { shapes.angles_of(geometry) } else { None };
+    chosen.found = ShadedObject::of(call, mesh_box, angles)
+        .and_then(|shaded| cheapest(&shaded, &light_indices(call).collect::<Vec<_>>(), max_error, &costs));
+    Some(chosen)
+}
+
+/// Returns the indices of the lights that reach a draw.
+fn light_indices<'a>(call: &DrawCall<'a>) -> impl Iterator<Item = u32> + use<'a> {
+    let all = if call.light_subset.is_none() { call.lights.len() as u32 } else { 0 };
+    (0..all).chain(call.light_subset.unwrap_or_default().iter().copied())
+}
+
+/// Settings with their bound in steps, and their cost.
+struct Proven {
+    settings: QualitySettings,
+    bound: f64,
+    cost: f64,
+}
+
+/// Returns the cheapest settings that are proven to stay within E, if they are cheaper than exact
+/// ones: a shading mode, without those lights that add least.
+fn cheapest(shaded: &ShadedObject, lights: &[u32], max_error: f64, costs: &ObjectCosts) -> Option<Proven> {
+    let call = shaded.call();
+    let own = call.shade;
+    let exact = costs.drawing(own, lights.iter().copied()).sum();
+    // Equal formulas give equal right answers; others are rounded to bytes on top of their difference.
+    let rounding = steps_of_rounding(call);
+    let total = |delta: f64| rounding + if delta > 0.0 { 1.0 + delta } else { 0.0 };
+    let mut reflected: Vec<(f64, u32)> = lights
+        .iter()
+        .filter_map(|l| Some((255.0 * shaded.of_light(call.lights.get(*l as usize)?)?, *l)))
+        .collect();
+    reflected.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut best: Option<Proven> = None;
+    for shade in [own, ShadeMode::Gouraud, ShadeMode::Flat] {
+        let Some(error) = shaded.of_shade(shade, lights) else { continue };
+        let mut delta = 255.0 * error;
+        if total(delta) > max_error {
+            continue;
+        }
+        let mut dark: Vec<u32> = Vec::new();
+        for (light_steps, light) in &reflected {
+            if total(delta + light_steps) > max_error {
+                break;
+            }
+            delta += light_steps;
+            dark.push(*light);
+        }
+        let kept: Vec<u32> = lights.iter().copied().filter(|l| !dark.contains(l)).collect();
+        let cost = costs.drawing(shade, kept.iter().copied());
+        let tables_pay = shade == own || cost.tables <= TABLE_PART * (exact - cost.pixels);
+        let least = best.as_ref().map_or((1.0 - LEAST_SAVING) * exact, |b| b.cost);
+        if tables_pay && cost.sum() < least {
+            let settings = QualitySettings {
+                shade: (shade != own).then_some(shade),
+                lights: (!dark.is_empty()).then_some(kept),
+            };
+            best = Some(Proven { settings, bound: total(delta), cost: cost.sum() });
+        }
+    }
+    best
+}

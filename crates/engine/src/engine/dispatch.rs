@@ -1,0 +1,270 @@
+//! The door of the engine: what all requests have in common, and the dispatch of commands.
+//!
+//! In: a request and its session, the result of its job, or its pieces. Out: its effect and its
+//! reply, or a fault. Each request is counted here, once; the limit of replies, the counts of errors
+//! and the events that let observers keep or undo what began stand here alone, for commands as for
+//! batches of pixels.
+//!
+//! A panic in what a request does is a defect of the server. It refuses that request and no other:
+//! observers are told that it is undone, then of the pixels and depths as they are now. A panic of
+//! an observer is not caught here.
+
+use super::job::JobResult;
+use super::{Call, Effect, Engine, Event, Outcome, Pieces, Progress, Request};
+use crate::cancel::CancelToken;
+use crate::command::Command;
+use crate::error::{Code, Fault};
+use crate::server::read_files::ReadFile;
+use crate::server::{Budget, Session};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+impl Engine {
+    /// Runs one command of `session` to its end. Replies are appended to `replies`, which is left
+    /// as it was on an error.
+    ///
+    /// # Errors
+    /// The reason for which the command was refused; it has then changed nothing.
+    pub fn run(
+        &mut self,
+        session: &mut Session,
+        command: Command,
+        replies: &mut Vec<u8>,
+    ) -> Result<Effect, Fault> {
+        (self.may_suspend, self.queues_draw) = (false, false);
+        let mut progress = self.begin(session, Request::Command(command), replies)?;
+        loop {
+            match progress {
+                Progress::Done(effect) => return Ok(effect),
+                Progress::Job(job) => {
+                    let result = job.run_guarded(&CancelToken::default());
+                    progress = self.apply(session, result, replies)?;
+                }
+                Progress::Pieces(pieces) => {
+                    progress = self.run_pieces(session, *pieces, replies, Budget::NONE)?
+                }
+                Progress::Queued(drawing) => progress = self.draw_now(session, drawing)?,
+            }
+        }
+    }
+
+    /// Runs one request of `session`, or the part of it that comes before its job or its pieces.
+    /// Inlined, so that a batch is dispatched where it is known.
+    ///
+    /// # Errors
+    /// See [`Engine::run`].
+    #[inline]
+    pub(crate) fn begin(
+        &mut self,
+        session: &mut Session,
+        request: Request<'_>,
+        replies: &mut Vec<u8>,
+    ) -> Result<Progress, Fault> {
+        session.stats.commands += request.count() as u64;
+        session.has_used_other_verbs |= !request.is_pixelflut();
+        self.send(&Event::Received(&request));
+        let request = match request {
+            Request::Command(command) if self.may_suspend && self.is_long(session, &command) => {
+                match self.begin_in_pieces(session, command) {
+                    Ok(pieces) => return Ok(Progress::Pieces(Box::new(pieces))),
+                    Err(command) => Request::Command(command),
+                }
+            }
+            request => request,
+        };
+        let start = replies.len();
+        let has_begun = !request.is_made_by_job();
+        if has_begun {
+            self.send_begin(session, &request);
+        }
+        // The verb matters on other surfaces than the frame alone.
+        let verb = if cfg!(test) || !session.surfaces.are_plain() { request.verb() } else { "" };
+        let result = self.on_surface(session, verb, |engine, session| {
+            engine.guarded(|engine| {
+                let result = engine.dispatch(session, request, replies);
+                #[cfg(debug_assertions)]
+                engine.meet_defect(verb);
+                result
+            })
+        });
+        self.end_request(session, has_begun, result, &[], replies, start)
+    }
+
+    /// Counts a command that was refused before it could be a request: the decoder could not read it.
+    pub fn count_refused(&mut self, session: &mut Session, is_pixelflut: bool) {
+        session.stats.commands += 1;
+        session.stats.errors += 1;
+        session.has_used_other_verbs |= !is_pixelflut;
+    }
+
+    /// Applies the result of a command's job.
+    ///
+    /// # Errors
+    /// See [`Engine::run`].
+    pub(crate) fn apply(
+        &mut self,
+        session: &mut Session,
+        result: JobResult,
+        replies: &mut Vec<u8>,
+    ) -> Result<Progress, Fault> {
+        let JobResult { made, files } = result;
+        let (start, has_begun) = (replies.len(), made.is_ok());
+        let result = made.and_then(|(command, apply)| {
+            let verb = command.verb();
+            self.send_begin(session, &Request::Command(command));
+            self.on_surface(session, verb, |engine, session| {
+                engine.guarded(|engine| apply(engine, session, replies))
+            })
+        });
+        self.end_request(session, has_begun, result, &files, replies, start)
+    }
+
+    /// Runs at least one piece of a command, and more until the budget's time is used up. Returns
+    /// the rest of the command if it is not complete.
+    ///
+    /// # Errors
+    /// The reason for which the command was refused or ended early.
+    pub(crate) fn run_pieces(
+        &mut self,
+        session: &mut Session,
+        mut pieces: Pieces,
+        replies: &mut Vec<u8>,
+        budget: Budget,
+    ) -> Result<Progress, Fault> {
+        let verb = pieces.verb();
+        let is_done = self.on_surface(session, verb, |engine, session| {
+            let is_done = engine.guarded(|engine| engine.advance(session, &mut pieces, budget));
+            if engine.has_defect {
+                engine.stop_pieces(&mut pieces);
+            }
+            is_done
+        });
+        if let Ok(false) = is_done {
+            return Ok(Progress::Pieces(Box::new(pieces)));
+        }
+        if pieces.was_given_up() && session.surfaces.has_target() {
+            self.reset_canvas(session);
+        }
+        let (start, has_begun) = (replies.len(), is_done.is_ok());
+        let result = is_done.map(|_| {
+            let end = |engine: &mut Engine, s: &mut Session| engine.end_pieces(s, pieces, replies);
+            let request = self.on_surface(session, verb, end);
+            self.send_begin(session, &request);
+            Progress::Done(Effect::Done)
+        });
+        self.end_request(session, has_begun, result, &[], replies, start)
+    }
+
+    /// Runs a part of a request. A panic in it refuses the request.
+    #[inline]
+    pub(super) fn guarded<T>(
+        &mut self,
+        part: impl FnOnce(&mut Engine) -> Result<T, Fault>,
+    ) -> Result<T, Fault> {
+        // Pixels that it has drawn stay. The memories hold plain numbers, so any state of them is
+        // valid.
+        match guard(|| part(self)) {
+            Some(result) => result,
+            None => Err(self.note_defect()),
+        }
+    }
+
+    /// Notes that the running request met a defect. Returns its fault.
+    #[cold]
+    pub(super) fn note_defect(&mut self) -> Fault {
+        self.has_defect = true;
+        self.end_band();
+        defect()
+    }
+
+    /// Panics if a test wants this verb to meet a defect.
+    #[cfg(debug_assertions)]
+    pub(super) fn meet_defect(&self, verb: &'static str) {
+        assert_ne!(self.wanted_defect, Some(verb), "a defect for a test");
+    }
+
+    /// Sends observers the memories as a request has left them that met a defect: a part of it may
+    /// be drawn.
+    #[cold]
+    fn send_after_defect(&mut self) {
+        self.has_defect = false;
+        self.send_rows(0..self.framebuffer.height());
+        if self.framebuffer.depth.is_some() {
+            self.discard_depths();
+        }
+    }
+
+    /// Ends a request, or a part of it: checks the limit of replies, counts errors, and sends
+    /// observers the end of what has begun.
+    #[inline]
+    pub(super) fn end_request(
+        &mut self,
+        session: &mut Session,
+        has_begun: bool,
+        mut result: Result<Progress, Fault>,
+        files: &[ReadFile],
+        replies: &mut Vec<u8>,
+        start: usize,
+    ) -> Result<Progress, Fault> {
+        let length = replies.len() - start;
+        if !matches!(result, Ok(Progress::Pieces(_))) {
+            self.quotas.reply.shrink_to(0);
+        }
+        if let (true, Err(too_long)) = (result.is_ok(), self.quotas.check_reply_length(length as u64)) {
+            result = Err(too_long);
+        }
+        if result.is_err() {
+            replies.truncate(start);
+            session.stats.errors += 1;
+        }
+        if has_begun {
+            self.send_end(session, matches!(result, Ok(Progress::Done(_))), files);
+        }
+        if result.is_err() && self.has_defect {
+            self.send_after_defect();
+        }
+        result
+    }
+
+    /// Runs a request, or creates its job.
+    #[inline]
+    #[expect(
+        clippy::unit_arg,
+        reason = "what a function returns becomes progress in one way, nothing included"
+    )]
+    fn dispatch(
+        &mut self,
+        s: &mut Session,
+        request: Request<'_>,
+        out: &mut Vec<u8>,
+    ) -> Result<Progress, Fault> {
+        match request {
+            Request::Command(command) => {
+                self.dispatch_command(&mut Call { session: s, replies: out }, command)
+            }
+            Request::Pixel { x, y, color } => self.framebuffer.moved_pixel(s, x, y, color).outcome(),
+            Request::Pixels(records) => self.framebuffer.pixels(s, records).outcome(),
+            Request::BinaryPixels(records) => self.framebuffer.binary_pixels(s, records).outcome(),
+            Request::Lines(lines) => self.lines(s, lines).outcome(),
+            Request::PixelRun { x, y, rgba } => self.framebuffer.pixel_run(s, x, y, rgba).outcome(),
+            Request::Blit { rect, rgba } => self.framebuffer.blit(s, rect, rgba).outcome(),
+            Request::Points(packed) => self.points(s, packed).outcome(),
+        }
+    }
+}
+
+/// Runs a part of a request, on whatever thread. Returns `None` if it panics, which is a defect.
+#[inline]
+pub(super) fn guard<T>(part: impl FnOnce() -> T) -> Option<T> {
+    catch_unwind(AssertUnwindSafe(part)).ok()
+}
+
+/// Returns the fault of a request that met a defect.
+pub(super) fn defect() -> Fault {
+    Fault::new(Code::Format, "this command met a defect of the server, and was given up")
+}
+
+#[cfg(test)]
+mod tests;
+pub(super) mod verbs;
+
+pub(super) use verbs::{is_made_by_job, is_pixelflut};

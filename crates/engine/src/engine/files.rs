@@ -1,0 +1,145 @@
+//! Files that commands read: those of the load folder or, in a replay, those that the recording
+//! contains.
+//!
+//! In: names that a command or a file gives. Out: contents, within the limits of one file and of
+//! all files together. The files are kept for the observers, if any of them wants contents.
+
+use super::Engine;
+use crate::error::{Code, Fault};
+use crate::load::{SandboxDir, SandboxError};
+use crate::memory::{MemoryUse, Reservation};
+use crate::server::Session;
+use crate::server::read_files::{FileHasher, FileSet, ReadFile};
+use crate::server::session::FileAccess;
+use std::sync::Arc;
+
+/// Source of files.
+enum FileSource {
+    LoadFolder(Option<SandboxDir>),
+    Recording(Arc<FileSet>),
+}
+
+/// Reads the files of one command.
+pub(crate) struct FileReader {
+    source: FileSource,
+    /// Limits in bytes of one file, and of all files that other files name; and the latter's bytes
+    /// so far.
+    max_file_bytes: u64,
+    max_side_bytes: u64,
+    side_bytes: u64,
+    /// Files read so far, and the hasher, if they are kept.
+    read: Vec<ReadFile>,
+    hasher: Option<FileHasher>,
+    /// The memory budget's reservation for all of them, as long as the reader exists.
+    held: Reservation,
+}
+
+impl Engine {
+    /// Creates the reader for the next command of `session` that reads files.
+    pub(super) fn file_reader(&self, session: &mut Session) -> FileReader {
+        let source = match &mut session.file_access {
+            FileAccess::LoadFolder => FileSource::LoadFolder(self.resources.load_dir.clone()),
+            FileAccess::Recording(files) => FileSource::Recording(std::mem::take(files)),
+        };
+        FileReader {
+            source,
+            max_file_bytes: self.quotas.limits.payload_bytes,
+            max_side_bytes: self.quotas.limits.resource_bytes,
+            side_bytes: 0,
+            read: Vec::new(),
+            hasher: self.wants_contents().then(|| self.resources.file_hasher.clone()),
+            held: self.quotas.budget.empty(MemoryUse::Payloads),
+        }
+    }
+}
+
+impl FileReader {
+    /// Refuses a command that names a file if there is no source of files.
+    ///
+    /// # Errors
+    /// `EPERM` without a folder.
+    pub fn check_source(&self, path: &str) -> Result<(), Fault> {
+        if let FileSource::LoadFolder(None) = self.source {
+            let message = "files are loaded from the folder of --load-dir, and none is given";
+            return Err(Fault::new(Code::Perm, message).got(path));
+        }
+        Ok(())
+    }
+
+    /// Returns whether reading may block on a disk.
+    pub fn may_wait(&self) -> bool {
+        matches!(self.source, FileSource::LoadFolder(Some(_)))
+    }
+
+    /// Reads the file that a command names.
+    ///
+    /// # Errors
+    /// `EPERM` without a folder; otherwise see [`SandboxError`].
+    pub fn read(&mut self, path: &str) -> Result<Vec<u8>, Fault> {
+        self.check_source(path)?;
+        self.read_up_to(path, self.max_file_bytes)
+    }
+
+    /// Reads a file that another file names; `beside` is the folder of that file. Returns `None` if
+    /// it cannot be read.
+    pub fn read_beside(&mut self, beside: &str, name: &str) -> Option<Vec<u8>> {
+        let path = match beside {
+            "" => name.to_owned(),
+            beside => format!("{beside}/{name}"),
+        };
+        let limit = self.max_file_bytes.min(self.max_side_bytes.saturating_sub(self.side_bytes));
+        let bytes = self.read_up_to(&path, limit).ok()?;
+        self.side_bytes += bytes.len() as u64;
+        Some(bytes)
+    }
+
+    /// Reads a file of at most `limit` bytes, after reserving memory for it: twice its size if it
+    /// is kept.
+    fn read_up_to(&mut self, path: &str, limit: u64) -> Result<Vec<u8>, Fault> {
+        let copies = if self.hasher.is_some() { 2 } else { 1 };
+        let mut room = self.held.budget().reserve_up_to(MemoryUse::Payloads, limit.saturating_mul(copies));
+        let most = limit.min(room.bytes() / copies);
+        let bytes = match self.read_within(path, most) {
+            Ok(bytes) => bytes,
+            // The file is within its limit, but there is not enough memory for it.
+            Err(SandboxError::TooLarge { found, .. }) if found <= limit => {
+                room.shrink_to(0);
+                room.try_grow(found.saturating_mul(copies))?;
+                self.read_within(path, found)?
+            }
+            Err(error) => return Err(error.into()),
+        };
+        room.shrink_to(0);
+        self.held.set(self.held.bytes() + bytes.len() as u64 * copies);
+        Ok(bytes)
+    }
+
+    fn read_within(&mut self, path: &str, limit: u64) -> Result<Vec<u8>, SandboxError> {
+        // A file that changes meanwhile stays the same for the whole command, and for its replay.
+        if let Some(file) = self.read.iter().find(|file| file.path == path) {
+            return within(path, &file.bytes, limit);
+        }
+        let missing = || SandboxError::Missing { name: path.into() };
+        let bytes = match &self.source {
+            FileSource::LoadFolder(folder) => folder.as_ref().ok_or_else(missing)?.read(path, limit)?,
+            FileSource::Recording(files) => within(path, files.get(path).ok_or_else(missing)?, limit)?,
+        };
+        if let Some(hasher) = &self.hasher {
+            let fingerprint = hasher.fingerprint(&bytes);
+            self.read.push(ReadFile { path: path.to_owned(), bytes: bytes.as_slice().into(), fingerprint });
+        }
+        Ok(bytes)
+    }
+
+    /// Returns the files that were kept.
+    pub fn into_read(self) -> Vec<ReadFile> {
+        self.read
+    }
+}
+
+fn within(path: &str, bytes: &[u8], limit: u64) -> Result<Vec<u8>, SandboxError> {
+    match bytes.len() as u64 <= limit {
+        true => Ok(bytes.to_vec()),
+        false => Err(SandboxError::TooLarge { name: path.into(), found: bytes.len() as u64, limit }),
+    }
+}

@@ -1,0 +1,93 @@
+//! Estimates of the time that commands on the video memory take.
+//!
+//! In: a command, the frame's size and clip, and the connection's settings. Out: whether the command
+//! is long enough to run in pieces. The estimate must not miss a command that takes long: one would
+//! know by `benches/waits.py`, where another client then waits.
+
+use crate::command::{AreaColors, Command, Figure, RealRect};
+use crate::draw2d::{self, Blend};
+use crate::server::Session;
+use crate::server::engine::Engine;
+
+/// Estimated nanoseconds from which a command runs in pieces.
+const LONG_NS: u64 = 2_000_000;
+
+impl Engine {
+    /// Returns whether a command may take so long that others should not wait for all of it.
+    pub(in crate::engine) fn is_long(&self, s: &Session, command: &Command) -> bool {
+        use Command as C;
+        let frame = self.framebuffer.area();
+        // Estimated nanoseconds per pixel.
+        let composed = if s.blend == Blend::Over { 2 } else { 1 };
+        let cost = match command {
+            C::Clear { .. } | C::Crc { rect: None } => frame / 4,
+            C::Crc { rect: Some(rect) } => self.framebuffer.visible(*rect) / 4,
+            C::Read { rect } => self.framebuffer.visible(*rect),
+            C::Copy { source, .. } => self.framebuffer.visible(*source),
+            C::Figure(Figure::FillRect { rect: RealRect { x, y, w, h }, .. }) => {
+                self.visible_box([*x, *y], [x + w, y + h]).0 * composed / 2
+            }
+            C::Figure(Figure::FillCircle { cx, cy, r, .. }) => {
+                self.visible_box([cx - r, cy - r], [cx + r, cy + r]).0 * composed / 2
+            }
+            C::Figure(Figure::Fill { points, colors }) => {
+                let (pixels, is_near) = self.visible_of(points);
+                let per_pixel = if matches!(colors, AreaColors::Three(_)) { 2 } else { 1 };
+                match is_near {
+                    true => pixels * per_pixel * composed,
+                    // Coordinates need arbitrary precision, so each row may be expensive.
+                    false => pixels * 64,
+                }
+            }
+            C::Figure(Figure::FillPoly { points, .. }) => {
+                let (pixels, _) = self.visible_of(points);
+                pixels * composed + u64::from(self.framebuffer.height()) * points.len() as u64 * 32
+            }
+            C::Points { packed } => packed.len() as u64,
+            C::Figure(Figure::Text { utf8, .. }) => utf8.len() as u64 * 8 * u64::from(s.text_size).pow(2),
+            C::Figure(Figure::FillEllipse { center: [cx, cy], radii: [rx, ry], .. }) => {
+                self.visible_box([cx - rx, cy - ry], [cx + rx, cy + ry]).0 * composed / 2
+            }
+            C::Figure(Figure::Arc { center: [cx, cy], radii: [_, r], .. }) => {
+                let (pixels, is_near) = self.visible_box([cx - r, cy - r], [cx + r, cy + r]);
+                if is_near { pixels * composed } else { pixels * 64 }
+            }
+            C::Figure(Figure::WideLine { p0, p1, width, .. }) => {
+                let (pixels, is_near) = self.visible_stroke(&[*p0, *p1], *width);
+                if is_near { pixels * composed } else { pixels * 64 }
+            }
+            C::Figure(Figure::Bezier { points, width, .. }) => {
+                // Up to 8192 steps, each of which may meet every row.
+                let (pixels, _) = self.visible_stroke(points, *width);
+                pixels * composed + if pixels > 0 { draw2d::bezier_steps(points) * 4000 } else { 0 }
+            }
+            _ => return false,
+        };
+        cost > LONG_NS
+    }
+
+    /// Returns the number of visible pixels in the bounding box of points, and whether all of them
+    /// are close enough for fixed-width integers.
+    fn visible_of(&self, points: &[[f64; 2]]) -> (u64, bool) {
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for p in points {
+            (low, high) = ([0, 1].map(|i| low[i].min(p[i])), [0, 1].map(|i| high[i].max(p[i])));
+        }
+        self.visible_box(low, high)
+    }
+
+    /// Returns the same of the points nearer than half a width to some points' bounding box.
+    fn visible_stroke(&self, points: &[[f64; 2]], width: f64) -> (u64, bool) {
+        let reach = width / 2.0;
+        let around = |p: &[f64; 2]| [[p[0] - reach, p[1] - reach], [p[0] + reach, p[1] + reach]];
+        let corners: Vec<_> = points.iter().flat_map(around).collect();
+        self.visible_of(&corners)
+    }
+
+    fn visible_box(&self, low: [f64; 2], high: [f64; 2]) -> (u64, bool) {
+        let size = [self.framebuffer.width(), self.framebuffer.height()].map(f64::from);
+        let side = |i: usize| (high[i].min(size[i]) - low[i].max(0.0)).max(0.0).ceil() as u64;
+        let is_near = low.iter().chain(&high).all(|v| v.abs() < f64::from(1 << 20));
+        (side(0) * side(1), is_near)
+    }
+}
