@@ -37,7 +37,7 @@ mod validate;
 mod verb;
 mod verb_macros;
 
-pub use crate::memory::{parse_color, parse_light_color};
+pub use fbptr_core::memory::{parse_color, parse_light_color};
 pub use arity::Arity;
 pub use commands::{
     AreaColors, Command, ErrorMode, Figure, FileKind, LightCommand, MeshSource, Quality, RampColor, RealRect,

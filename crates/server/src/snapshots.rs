@@ -8,11 +8,11 @@
 //! no picture.
 
 use super::message::Message;
-use super::snapshot_names::{MOST_A_SECOND, format_name, parse_name};
+use fbptr_engine::snapshot_names::{MOST_A_SECOND, format_name, parse_name};
 use super::thread::RenderThread;
-use crate::load::SandboxDir;
-use crate::memory::VideoMemory;
-use crate::save;
+use fbptr_formats::load::SandboxDir;
+use fbptr_core::memory::VideoMemory;
+use fbptr_formats::save;
 use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
 use std::fs;
 use std::io;

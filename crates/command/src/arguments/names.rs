@@ -1,11 +1,11 @@
 //! Names of meshes, textures, scenes, files and tags.
 
 use super::{Argument, TextArgument, expect_left};
-use crate::command::args::{Args, ParseError, is_name};
-use crate::command::commands::{Command, FileKind, SnapTarget};
-use crate::command::encode::{EncodeError, LineWriter};
-use crate::command::verb::{Arity, ParameterKind};
-use crate::error::{Code, Fault};
+use crate::args::{Args, ParseError, is_name};
+use crate::commands::{Command, FileKind, SnapTarget};
+use crate::encode::{EncodeError, LineWriter};
+use crate::verb::{Arity, ParameterKind};
+use fbptr_core::error::{Code, Fault};
 
 /// Checks that a text can stand in a line as a name.
 fn check_name(name: &str) -> Result<(), Fault> {

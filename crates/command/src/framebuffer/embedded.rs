@@ -4,7 +4,7 @@
 //! dropped.
 
 use super::Framebuffer;
-use crate::draw2d::{self, Blend};
+use fbptr_core::draw2d::{self, Blend};
 use embedded_graphics_core::Pixel;
 use embedded_graphics_core::draw_target::DrawTarget;
 use embedded_graphics_core::geometry::{OriginDimensions, Size};

@@ -1,13 +1,13 @@
 //! Files: meshes in, pictures out, and the comparison with golden pictures.
 
 use super::Framebuffer;
-use crate::load::gltf::GltfDocument;
-use crate::load::{
+use fbptr_formats::load::gltf::GltfDocument;
+use fbptr_formats::load::{
     self, FilePosition, LoadError, LoadErrorKind, LoadMemory, MeshFormat, SandboxDir, Smoothing, path_inside,
 };
-use crate::save::golden::{self, Tolerance};
-use crate::save::{self, SaveError};
-use crate::scene::Geometry;
+use fbptr_formats::save::golden::{self, Tolerance};
+use fbptr_formats::save::{self, SaveError};
+use fbptr_core::scene::Geometry;
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ type Opened<F> = (String, Vec<u8>, F);
 /// of its folder.
 fn open(path: &Path) -> Result<Opened<impl FnMut(&str) -> Option<Vec<u8>> + use<>>, LoadError> {
     let name = path.display().to_string();
-    let bytes = crate::save::read_input(path, MAX_FILE_BYTES).map_err(|e| {
+    let bytes = fbptr_formats::save::read_input(path, MAX_FILE_BYTES).map_err(|e| {
         let kind = match e.kind() {
             io::ErrorKind::NotFound => LoadErrorKind::Missing { what: "file", name: name.clone() },
             _ => LoadErrorKind::Undecodable { format: "file", reason: e.to_string() },

@@ -20,9 +20,9 @@ mod portable;
 mod tests;
 
 #[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
-use crate::simd::bytes::Avx2Bytes;
+use fbptr_core::simd::bytes::Avx2Bytes;
 #[cfg(all(target_arch = "x86_64", feature = "avx512"))]
-use crate::simd::bytes::Avx512Bytes;
+use fbptr_core::simd::bytes::Avx512Bytes;
 
 /// Decoded pixel: x and y as u16 little-endian, r, g, b, a.
 pub type Record = [u8; 8];

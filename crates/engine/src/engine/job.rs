@@ -2,11 +2,11 @@
 
 use super::dispatch::{defect, guard};
 use super::{Engine, FileReader, Progress};
-use crate::cancel::CancelToken;
-use crate::command::Command;
-use crate::error::Fault;
-use crate::server::read_files::ReadFile;
-use crate::server::session::Session;
+use fbptr_core::cancel::CancelToken;
+use fbptr_command::Command;
+use fbptr_core::error::Fault;
+use crate::read_files::ReadFile;
+use crate::session::Session;
 use std::fmt;
 
 /// The part of a job's command that is left to do on the render thread.

@@ -5,7 +5,7 @@
 
 use super::obj::SideFiles;
 use super::{LoadError, LoadErrorKind, LoadMemory, LoadWarning, smooth};
-use crate::scene::{Geometry, Mesh};
+use fbptr_core::scene::{Geometry, Mesh};
 
 /// Mesh of a file, with the materials and textures that were found.
 #[derive(Clone, Debug, Default)]

@@ -1,7 +1,7 @@
 //! Reader of the pictures that this room writes.
 
 use super::{SaveError, SnapshotFormat, rgba8};
-use crate::memory::VideoMemory;
+use fbptr_core::memory::VideoMemory;
 use std::io;
 use std::path::Path;
 

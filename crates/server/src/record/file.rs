@@ -2,7 +2,7 @@
 //! recording in progress.
 
 use super::writer::Patience;
-use crate::save::{begin, is_link};
+use fbptr_formats::save::{begin, is_link};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io;
 use std::path::Path;

@@ -12,12 +12,12 @@ mod run_queue;
 
 use super::connection::{ClosingConnection, Connection};
 use super::{ROUND_TIME, SLICE_BYTES, SLICE_TIME};
-use crate::cancel::CancelToken;
-use crate::server::buffer_pool::BufferPool;
-use crate::server::jobs::JobPool;
-use crate::server::message::{Batch, Finish, Id, Message};
-use crate::server::transport::InlineReader;
-use crate::server::{Budget, Display, DisplayObserver, Engine, Input, Output, Pace, StreamState};
+use fbptr_core::cancel::CancelToken;
+use crate::buffer_pool::BufferPool;
+use crate::jobs::JobPool;
+use crate::message::{Batch, Finish, Id, Message};
+use crate::transport::InlineReader;
+use crate::{Budget, Display, DisplayObserver, Engine, Input, Output, Pace, StreamState};
 use crossbeam_channel::{Receiver, Sender, never};
 use run_queue::Step;
 use std::collections::{HashMap, VecDeque};

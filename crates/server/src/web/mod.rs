@@ -30,7 +30,7 @@ pub use rights::WebTokens;
 use super::admission::Admission;
 use super::metrics::MetricsBoard;
 use super::transport::Link;
-use crate::input::InputEvent;
+use fbptr_core::input::InputEvent;
 use event_loop::EventLoop;
 use std::io;
 use std::net::SocketAddr;

@@ -13,7 +13,7 @@ mod ps2;
 use super::device::Device;
 use super::keys::{self, LEFT_SHIFT};
 use super::layout as at;
-use crate::input::InputEvent;
+use fbptr_core::input::InputEvent;
 use evdev::{ABS, Batch, KEY, REL};
 use ps2::Ps2;
 use rustix::net::sockopt::socket_peercred;

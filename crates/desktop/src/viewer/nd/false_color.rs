@@ -1,6 +1,6 @@
 //! Recolouring a picture of the eye: outlines, the facets' own colours, light alone, facet numbers.
 
-use crate::eye::{EyePicture, EyeScene, MISS};
+use fbptr_core::eye::{EyePicture, EyeScene, MISS};
 use crate::viewer::keys::Look;
 
 /// Fractional part of the golden ratio; its multiples spread hues evenly.

@@ -37,7 +37,7 @@ pub use container::MAGIC;
 
 use super::error::short;
 use super::{FilePosition, LoadContext, LoadError, LoadErrorKind, LoadMemory, LoadWarning};
-use crate::scene::{Object, Scene};
+use fbptr_core::scene::{Object, Scene};
 use animation::Channel;
 use glam::DVec3;
 use image::{Images, Source};

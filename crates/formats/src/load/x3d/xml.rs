@@ -5,7 +5,7 @@
 //! refuses what would take unbounded time or memory (nesting, attributes of one element,
 //! namespaces, entities that expand).
 
-use crate::cancel::CancelToken;
+use fbptr_core::cancel::CancelToken;
 use crate::load::{FilePosition, LoadError, LoadErrorKind};
 
 /// Deepest nesting of elements, Inline files included.

@@ -1,7 +1,7 @@
 //! Numbered PNG files, one per frame.
 
 use super::FrameWriter;
-use crate::memory::VideoMemory;
+use fbptr_core::memory::VideoMemory;
 use crate::save::{png, replace};
 use std::io;
 use std::path::{Path, PathBuf};
