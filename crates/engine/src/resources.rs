@@ -6,9 +6,9 @@
 use super::Limits;
 use fbptr_core::error::{Code, Fault};
 use fbptr_core::eye::{self, EyeScene};
-use fbptr_formats::load::x3d::X3dDocument;
 use fbptr_core::memory::{Reservation, Rgba};
 use fbptr_core::scene::{Geometry, Texture};
+use fbptr_formats::load::x3d::X3dDocument;
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 

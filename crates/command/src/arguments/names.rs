@@ -202,10 +202,7 @@ pub(crate) fn load_names(command: &Command) -> Result<(), Fault> {
 }
 
 /// Appends the arguments of `LOAD`: the kind of the file, the name that it is given, its path.
-pub(crate) fn write_load(
-    command: &Command,
-    line: &mut LineWriter<'_>,
-) -> Result<(), EncodeError> {
+pub(crate) fn write_load(command: &Command, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
     let Command::Load { kind, name, path } = command else { return Ok(()) };
     FileKind::write(kind, line)?;
     if *kind != FileKind::Scene {

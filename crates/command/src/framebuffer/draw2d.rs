@@ -4,8 +4,8 @@ use super::Framebuffer;
 use crate::{DrawFigure, Figure, each_figure};
 use crate::{unless_written, verbs};
 use fbptr_core::draw2d::{self, Arc, AreaColors, Blend, DrawError, FigureTarget, RampColor, RealRect, Rect};
-use fbptr_formats::load::{self, LoadError};
 use fbptr_core::memory::{FbPtr, MemoryError, Rgba};
+use fbptr_formats::load::{self, LoadError};
 
 /// Pixels and bytes. Blocks of bytes are stored unchanged, whatever the blend mode.
 impl Framebuffer {

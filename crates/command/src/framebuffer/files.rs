@@ -1,13 +1,13 @@
 //! Files: meshes in, pictures out, and the comparison with golden pictures.
 
 use super::Framebuffer;
+use fbptr_core::scene::Geometry;
 use fbptr_formats::load::gltf::GltfDocument;
 use fbptr_formats::load::{
     self, FilePosition, LoadError, LoadErrorKind, LoadMemory, MeshFormat, SandboxDir, Smoothing, path_inside,
 };
 use fbptr_formats::save::golden::{self, Tolerance};
 use fbptr_formats::save::{self, SaveError};
-use fbptr_core::scene::Geometry;
 use std::io;
 use std::path::Path;
 use std::sync::Arc;

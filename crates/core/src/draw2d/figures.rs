@@ -73,21 +73,11 @@ impl FigureTarget<'_> {
         super::wide_line(self.memory, p0, p1, width, color, self.blend)
     }
 
-    pub fn ellipse(
-        &mut self,
-        center: [f64; 2],
-        radii: [f64; 2],
-        color: Rgba,
-    ) -> Result<(), DrawError> {
+    pub fn ellipse(&mut self, center: [f64; 2], radii: [f64; 2], color: Rgba) -> Result<(), DrawError> {
         super::ellipse(self.memory, center, radii, color, self.blend)
     }
 
-    pub fn fill_ellipse(
-        &mut self,
-        center: [f64; 2],
-        radii: [f64; 2],
-        color: Rgba,
-    ) -> Result<(), DrawError> {
+    pub fn fill_ellipse(&mut self, center: [f64; 2], radii: [f64; 2], color: Rgba) -> Result<(), DrawError> {
         super::fill_ellipse(self.memory, center, radii, color, self.blend)
     }
 

@@ -6,14 +6,14 @@ use super::frame::ViewerFrame;
 use super::keys::Look;
 use super::studio::{self, Backdrop, Ground};
 use fbptr_core::executor::Executor;
-use fbptr_formats::load::gltf::GltfDocument;
-use fbptr_formats::load::x3d::X3dDocument;
 use fbptr_core::memory::DepthFormat;
 use fbptr_core::pipeline::{DepthUse, DrawStats, Part, Renderer, SceneOptions};
 use fbptr_core::scene::{
     self, Camera, Geometry, Sampling, Scene, ShadeMode, Texture, TextureUse, TransparencyOrder,
     ViewOverrides, viewers_light,
 };
+use fbptr_formats::load::gltf::GltfDocument;
+use fbptr_formats::load::x3d::X3dDocument;
 use fbptr_truth::{self as truth, Transparency};
 use glam::DVec3;
 use std::sync::Arc;

@@ -1,10 +1,10 @@
 use super::*;
 use fbptr_core::executor::Executor;
 use fbptr_core::eye::shapes::{DemoScene, cube};
-use fbptr_formats::load;
 use fbptr_core::memory::Rgba;
 use fbptr_core::pipeline;
 use fbptr_core::scene::{Scene, shapes};
+use fbptr_formats::load;
 use fbptr_server::Engine;
 use glam::DVec3;
 

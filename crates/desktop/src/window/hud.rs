@@ -3,8 +3,8 @@
 
 use super::overlay::{Canvas, Corner, box_size, draw_box};
 use super::scanout::word;
-use fbptr_core::draw2d::font::CELL;
 use crate::viewer::{Overlay, Zoom};
+use fbptr_core::draw2d::font::CELL;
 
 /// Margin around the boxes, in pixels.
 const EDGE: usize = 4;

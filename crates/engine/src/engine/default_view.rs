@@ -7,9 +7,9 @@
 //! an error by a mesh that is cut, or that is still when its matrix turns. `LOOKAT`, a projection,
 //! `WINDOW`, `AMBIENT`, `LIGHT` and `SCENE` end it for the connection: such streams are untouched.
 
-use fbptr_core::scene::{Camera, Light, LightKind, LookAt, Mesh, Projection};
 use crate::Session;
 use crate::session::DefaultView;
+use fbptr_core::scene::{Camera, Light, LightKind, LookAt, Mesh, Projection};
 use glam::DVec3;
 
 /// Direction to the eye, from the right and above, and the angle of view in radians: 40 degrees.

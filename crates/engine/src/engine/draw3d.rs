@@ -7,6 +7,10 @@ use super::drawing::{Drawing, MeshDraw, SceneDraw};
 use super::empty_draw;
 use super::scene_request::SceneRequest;
 use super::{Effect, Engine, Job, JobResult, Progress, Rendering, default_view};
+use crate::Session;
+use crate::clock::Instant;
+use crate::resources::ResourceKind;
+use crate::session::DefaultView;
 use fbptr_command::{Command, LightCommand, Rect};
 use fbptr_core::error::{Code, Fault};
 use fbptr_core::math::matrix;
@@ -16,10 +20,6 @@ use fbptr_core::scene::{
     Camera, CameraError, Light, LightKind, LookAt, Projection, Sampling, Scene, TextureUse,
     TransparencyOrder, Viewport, ViewportRule,
 };
-use crate::Session;
-use crate::clock::Instant;
-use crate::resources::ResourceKind;
-use crate::session::DefaultView;
 use glam::{DMat4, DVec3};
 use std::sync::Arc;
 

@@ -12,11 +12,11 @@
 
 use super::drawing::{Drawing, LONG_NS};
 use super::{Effect, Engine, Progress, Request};
+use crate::Session;
 use fbptr_command::Command;
 use fbptr_core::error::Fault;
 use fbptr_core::pipeline::{DrawCall, DrawStats};
 use fbptr_core::scene::Geometry;
-use crate::Session;
 use std::sync::Arc;
 
 /// Maximum number of faces of a mesh whose draw is queued.

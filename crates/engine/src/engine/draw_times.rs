@@ -131,9 +131,9 @@ fn key_of(drawing: &Drawing) -> Option<(&Arc<Geometry>, Modes)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fbptr_command::Command;
     use crate::engine::{Engine, Progress, Request};
     use crate::{Audience, Budget, Session};
+    use fbptr_command::Command;
 
     /// Runs a command as a stream does, and returns whether it went to the drawing thread.
     fn goes_to_its_thread(engine: &mut Engine, session: &mut Session, line: &str) -> bool {

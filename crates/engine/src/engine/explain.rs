@@ -6,8 +6,8 @@
 
 use super::Engine;
 use super::drawing::Drawing;
-use fbptr_core::pipeline::Plan;
 use crate::Session;
+use fbptr_core::pipeline::Plan;
 
 /// The last explanation; empty before the first draw.
 #[derive(Debug, Default)]

@@ -5,12 +5,12 @@
 //! all files together. The files are kept for the observers, if any of them wants contents.
 
 use super::Engine;
-use fbptr_core::error::{Code, Fault};
-use fbptr_formats::load::{SandboxDir, SandboxError};
-use fbptr_core::memory::{MemoryUse, Reservation};
 use crate::Session;
 use crate::read_files::{FileHasher, FileSet, ReadFile};
 use crate::session::FileAccess;
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::memory::{MemoryUse, Reservation};
+use fbptr_formats::load::{SandboxDir, SandboxError};
 use std::sync::Arc;
 
 /// Source of files.

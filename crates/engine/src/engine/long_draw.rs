@@ -22,14 +22,14 @@
 use super::Engine;
 use super::dispatch::guard;
 use super::drawing::Drawing;
+use crate::Session;
+use crate::workers::DRAW_STACK_BYTES;
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded, unbounded};
 use fbptr_core::cancel::CancelToken;
 use fbptr_core::error::Fault;
 use fbptr_core::memory::{DepthFormat, DepthMemory, PickBuffer, VideoMemory};
 use fbptr_core::pipeline::{DrawStats, PipelineError, Preemption, Renderer, Target, TargetOwner};
 use fbptr_core::scene::HiddenSurface;
-use crate::Session;
-use crate::workers::DRAW_STACK_BYTES;
-use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded, unbounded};
 use std::fmt;
 use std::panic::resume_unwind;
 use std::sync::Arc;

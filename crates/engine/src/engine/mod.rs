@@ -60,11 +60,11 @@ use fbptr_core::cancel::CancelToken;
 use fbptr_core::draw2d::Blend;
 use fbptr_core::error::{Code, Fault};
 use fbptr_core::eye::Rotation;
-use fbptr_formats::load::{QuotaDir, SandboxDir};
 use fbptr_core::memory::{DepthMemory, MemoryBudget, MemoryUse, OverBudget, Rgba, VideoMemory};
 use fbptr_core::pipeline::Renderer;
 use fbptr_core::pipeline::quality::MeshShapes;
 use fbptr_core::scene::ViewOverrides;
+use fbptr_formats::load::{QuotaDir, SandboxDir};
 use std::sync::Arc;
 use std::time::Duration;
 

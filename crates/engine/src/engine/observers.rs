@@ -6,10 +6,10 @@
 
 use super::observer::{Event, FrameView, Observer, Occasion, PixelRuns};
 use super::{Counters, Engine, EngineFrame, Request};
-use fbptr_command::Command;
 use crate::Session;
 use crate::clock::Instant;
 use crate::read_files::ReadFile;
+use fbptr_command::Command;
 use std::any::Any;
 use std::ops::Range;
 

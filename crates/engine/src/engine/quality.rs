@@ -5,11 +5,11 @@
 
 use super::Engine;
 use super::drawing::MeshDraw;
+use crate::Session;
 use fbptr_command::Quality;
 use fbptr_core::pipeline::SceneOptions;
 use fbptr_core::pipeline::quality::{Budget, prove, settings_of};
 use fbptr_core::scene::{QualityUse, Scene};
-use crate::Session;
 
 impl Engine {
     /// Returns the error that draws of the session may have, if they need not be exact.

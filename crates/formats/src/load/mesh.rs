@@ -60,7 +60,6 @@ impl MeshFormat {
         }
     }
 
-
     /// Parses a mesh file of this format; the arguments are those of
     /// [`obj::parse_smooth`](super::obj::parse_smooth).
     ///

@@ -9,11 +9,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// If the bytes are no picture of that format and size.
-pub fn read_frame(
-    path: &Path,
-    bytes: &[u8],
-    [width, height]: [u32; 2],
-) -> Result<VideoMemory, SaveError> {
+pub fn read_frame(path: &Path, bytes: &[u8], [width, height]: [u32; 2]) -> Result<VideoMemory, SaveError> {
     let invalid = |reason: String| SaveError::io(path, &io::Error::new(io::ErrorKind::InvalidData, reason));
     let mut memory = VideoMemory::new(width, height).map_err(|e| invalid(e.to_string()))?;
     let decode = |format| image::load_from_memory_with_format(bytes, format);

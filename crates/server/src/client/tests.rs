@@ -1,4 +1,5 @@
 use super::*;
+use crate::{Display, DisplayObserver, Engine, Finish, RenderThread};
 use fbptr_command::{ErrorMode, LightCommand, MeshSource, Quality, Verb};
 use fbptr_core::draw2d::{self, Blend};
 use fbptr_core::memory::DepthFormat;
@@ -6,7 +7,6 @@ use fbptr_core::scene::{
     Camera, Cull, HiddenSurface, Interpolation, Material, ObliqueKind, Projection, Sampling, ShadeMode,
     ViewportRule,
 };
-use crate::{Display, DisplayObserver, Engine, Finish, RenderThread};
 use glam::{DMat4, DVec3};
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};

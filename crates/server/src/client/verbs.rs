@@ -6,11 +6,11 @@ use fbptr_command::{
     AreaColors, Command, ErrorMode, Figure, FileKind, LightCommand, MeshSource, Quality, RampColor, RealRect,
     Rect, Shears,
 };
+use fbptr_command::{unless_written, verbs};
 use fbptr_core::memory::{DepthFormat, Rgba};
 use fbptr_core::scene::{
     Cull, HiddenSurface, Interpolation, Material, Projection, Sampling, ShadeMode, ViewportRule,
 };
-use fbptr_command::{unless_written, verbs};
 use glam::{DMat4, DVec3};
 
 /// Pixels and bytes.

@@ -11,9 +11,9 @@ mod observer;
 pub use observer::DisplayObserver;
 
 use super::events::Input;
+use crossbeam_channel::{Receiver, Sender, bounded};
 use fbptr_core::input::InputEvent;
 use fbptr_core::memory::{DepthMemory, FbPtr, MemoryBudget, MemoryUse, Reservation, Rgba, VideoMemory};
-use crossbeam_channel::{Receiver, Sender, bounded};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

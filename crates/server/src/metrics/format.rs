@@ -175,8 +175,8 @@ pub(super) fn json(reading: &Reading) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fbptr_engine::engine::OutputStatus;
     use crate::metrics::{Metrics, MetricsBoard};
+    use fbptr_engine::engine::OutputStatus;
     use std::time::Instant;
 
     #[test]

@@ -3,11 +3,11 @@
 
 use super::writer::Patience;
 use super::*;
-use fbptr_formats::load::SandboxDir;
-use fbptr_core::memory::MemoryUse;
 use crate::Stats;
 use crate::replay::Replay;
 use crate::{Audience, Budget, Engine, Notice, Output, Stream, StreamState};
+use fbptr_core::memory::MemoryUse;
+use fbptr_formats::load::SandboxDir;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, mpsc};
@@ -400,8 +400,8 @@ fn a_full_disk_is_told_at_once_and_the_commands_go_on() {
 
 #[test]
 fn a_command_without_text_ends_the_recording_unless_it_was_refused() {
-    use fbptr_command::{Command, Figure};
     use crate::Session;
+    use fbptr_command::{Command, Figure};
     let mut engine = Engine::new(8, 6).unwrap();
     let bytes_written = WrittenBytes::default();
     engine.attach(Recorder::new(Box::new(bytes_written.clone()), 8, 6).unwrap());

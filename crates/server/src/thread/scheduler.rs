@@ -12,13 +12,13 @@ mod run_queue;
 
 use super::connection::{ClosingConnection, Connection};
 use super::{ROUND_TIME, SLICE_BYTES, SLICE_TIME};
-use fbptr_core::cancel::CancelToken;
 use crate::buffer_pool::BufferPool;
 use crate::jobs::JobPool;
 use crate::message::{Batch, Finish, Id, Message};
 use crate::transport::InlineReader;
 use crate::{Budget, Display, DisplayObserver, Engine, Input, Output, Pace, StreamState};
 use crossbeam_channel::{Receiver, Sender, never};
+use fbptr_core::cancel::CancelToken;
 use run_queue::Step;
 use std::collections::{HashMap, VecDeque};
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -13,9 +13,9 @@ use super::selector::Selector;
 #[cfg(unix)]
 use super::unix::{self, SocketFile};
 use super::{ByteSource, Endpoint, Link, Replies, Stream, serve_connection};
-use fbptr_command::EndOfInput;
 use crate::admission::{Admission, Refusal};
 use crate::message::Medium;
+use fbptr_command::EndOfInput;
 use fbptr_engine::session::Audience;
 use mio::net::TcpListener;
 #[cfg(unix)]

@@ -7,12 +7,12 @@
 
 use super::socket::Viewer;
 use super::{WebFeed, WebTarget};
-use fbptr_command::EndOfInput;
 use crate::admission::{Admission, Slot};
 use crate::message::Medium;
-use fbptr_engine::session::Audience;
 use crate::transport::{ByteSource, Endpoint, Link, Uncontrolled, serve_connection};
 use crossbeam_channel::{Receiver, Sender, TryRecvError, TrySendError, bounded};
+use fbptr_command::EndOfInput;
+use fbptr_engine::session::Audience;
 use std::io::{self, Read, Write};
 use std::net::IpAddr;
 use std::sync::Arc;

@@ -13,9 +13,9 @@ mod tests;
 use super::difference::{Difference, Work};
 use super::frame::ViewerFrame;
 use super::{Wishes, depth_picture};
+use false_color::in_false_color;
 use fbptr_core::executor::Executor;
 use fbptr_core::eye::{self, ContactSheet, EyePicture, EyeScene, Fibre, MISS, Pose};
-use false_color::in_false_color;
 use gallery::Gallery;
 pub(super) use gallery::captions;
 

@@ -1,10 +1,10 @@
 //! Tests of the door: the ends of requests that meet a defect.
 
 use super::*;
-use fbptr_command::{Figure, RealRect, Rect};
-use fbptr_core::memory::MemoryUse;
 use crate::engine::{FrameView, Observer};
 use crate::{Audience, Output, Stream};
+use fbptr_command::{Figure, RealRect, Rect};
+use fbptr_core::memory::MemoryUse;
 use std::sync::{Arc, Mutex};
 
 /// The events of requests, by their names.

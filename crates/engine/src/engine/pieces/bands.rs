@@ -4,13 +4,13 @@
 //! the band is of rows of their rectangle.
 
 use super::Piecewise;
+use crate::Session;
+use crate::clock::Instant;
+use crate::engine::Engine;
 use fbptr_command::{Command, Figure, Rect};
 use fbptr_core::draw2d::{self, Blend};
 use fbptr_core::error::Fault;
 use fbptr_core::memory::Rgba;
-use crate::Session;
-use crate::clock::Instant;
-use crate::engine::Engine;
 use std::fmt;
 use std::ops::Range;
 

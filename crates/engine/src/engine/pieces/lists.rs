@@ -2,13 +2,13 @@
 
 use super::Piecewise;
 use super::bands::band_rows;
+use crate::Session;
+use crate::clock::Instant;
+use crate::engine::Engine;
 use fbptr_command::{Command, Figure, Rect};
 use fbptr_core::draw2d::{self, DrawError, TextCursor};
 use fbptr_core::error::Fault;
 use fbptr_core::memory::Rgba;
-use crate::Session;
-use crate::clock::Instant;
-use crate::engine::Engine;
 use std::ops::Range;
 
 /// Records of `POINTS` in one piece.

@@ -9,8 +9,8 @@
 
 use super::buffers::{Buffers, referenced};
 use super::json::Json;
-use fbptr_core::error::Code;
 use crate::load::{LoadContext, LoadError, LoadErrorKind, LoadWarning, texture};
+use fbptr_core::error::Code;
 use fbptr_core::scene::{Filter, MAX_TEXTURE_SIDE, Sampling, Texture, Wrap};
 use std::collections::HashMap;
 use std::sync::Arc;

@@ -107,8 +107,9 @@ fn texcoords(
         Some(list) => list,
         None => mesh.texcoords.clone(),
     };
-    let at =
-        |corner: &fbptr_core::scene::Corner| list.get(corner.texcoord as usize).copied().unwrap_or(DVec2::ZERO);
+    let at = |corner: &fbptr_core::scene::Corner| {
+        list.get(corner.texcoord as usize).copied().unwrap_or(DVec2::ZERO)
+    };
     mesh.corners.iter().map(|c| mapped(at(c))).collect()
 }
 

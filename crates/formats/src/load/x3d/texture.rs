@@ -3,9 +3,9 @@
 use super::build::Opener;
 use super::external_refs::READ_FROM;
 use super::url;
-use fbptr_core::error::Code;
 use crate::load::texture::decode_within;
 use crate::load::{LoadErrorKind, LoadMemory};
+use fbptr_core::error::Code;
 use fbptr_core::scene::{MAX_TEXTURE_SIDE, Texture};
 use std::collections::HashMap;
 use std::fmt;

@@ -1,8 +1,8 @@
 //! Numbered PNG files, one per frame.
 
 use super::FrameWriter;
-use fbptr_core::memory::VideoMemory;
 use crate::save::{png, replace};
+use fbptr_core::memory::VideoMemory;
 use std::io;
 use std::path::{Path, PathBuf};
 
