@@ -7,7 +7,7 @@
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
 
-pub(crate) use fbptr_core::{cancel, draw2d, error, executor, eye, input, math, memory, pipeline, scene, simd};
+pub(crate) use fbptr_core::{draw2d, error, memory, pipeline, scene, simd};
 pub(crate) use crate as command;
 pub(crate) use fbptr_formats::{load, save};
 
@@ -43,10 +43,13 @@ pub use commands::{
     AreaColors, Command, ErrorMode, Figure, FileKind, LightCommand, MeshSource, Quality, RampColor, RealRect,
     Rect, Shears, SnapTarget,
 };
+#[doc(hidden)]
 pub use decoder::BYTE_ORDER_MARK;
 pub use decoder::{Decoder, EndOfInput, Limits, MAX_LINE_BYTES};
 pub use encode::{EncodeError, encode};
+#[doc(hidden)]
 pub use figure::DrawFigure;
+pub use framebuffer::Framebuffer;
 pub use help::{help_on, help_text};
 pub(crate) use methods::each_figure;
 pub use payload_pool::PayloadPool;

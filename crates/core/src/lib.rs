@@ -27,10 +27,12 @@ pub mod error;
 pub mod executor;
 pub mod eye;
 pub mod input;
+#[doc(hidden)]
 pub mod math;
 pub mod memory;
 pub mod pipeline;
 pub mod scene;
+#[doc(hidden)]
 pub mod simd;
 #[cfg(test)]
 #[path = "truth_scenes.rs"]

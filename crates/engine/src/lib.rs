@@ -8,10 +8,10 @@
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
 
-pub(crate) use fbptr_core::{cancel, draw2d, error, executor, eye, input, math, memory, pipeline, scene, simd};
+pub(crate) use fbptr_core::{cancel, draw2d, error, executor, eye, math, memory, pipeline, scene};
 pub(crate) use crate as server;
 pub(crate) use fbptr_formats::{load, save};
-pub(crate) use {fbptr_command as command, fbptr_truth as truth};
+pub(crate) use fbptr_command as command;
 
 mod budget;
 pub mod clock;

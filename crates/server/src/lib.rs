@@ -8,7 +8,7 @@
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
 
-pub(crate) use fbptr_core::{cancel, draw2d, error, executor, eye, input, math, memory, pipeline, scene, simd};
+pub(crate) use fbptr_core::{cancel, draw2d, error, input, memory, scene};
 pub(crate) use crate as server;
 pub use fbptr_engine::{clock, engine, engine_frame, limits, read_files, resources, session, snapshot_names, stream, workers};
 pub(crate) use fbptr_formats::{load, save};

@@ -10,7 +10,6 @@
 use super::engine::{
     Event, FrameView, Observer, Occasion, OutputState, OutputStatus, PendingRows, PixelRuns,
 };
-use crate::error::Fault;
 use crate::memory::{SHARED_HEADER_BYTES, SharedError, SharedFile, VideoMemory};
 use std::fmt;
 use std::time::{Duration, Instant};

@@ -133,7 +133,9 @@ fn members(lines: &[&str], is_wanted: impl Fn(&str) -> bool) -> Vec<String> {
         else {
             continue;
         };
-        if is_wanted(line) {
+        let attributes = body[..at].iter().rev().map(|line| line.trim());
+        let mut attributes = attributes.take_while(|line| line.starts_with("#[") || line.starts_with("///"));
+        if is_wanted(line) && !attributes.any(|line| line == "#[doc(hidden)]") {
             // A variant with fields is listed with them.
             let fields: Vec<&str> = match line.ends_with(" {") && !line.contains("fn ") {
                 true => {

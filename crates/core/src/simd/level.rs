@@ -41,7 +41,7 @@ impl Level {
     pub fn is_available(self) -> bool {
         match self {
             Level::Portable => true,
-            #[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
+            #[cfg(all(target_arch = "x86_64", any(test, feature = "avx")))]
             Level::Avx2 => {
                 std::is_x86_feature_detected!("avx2")
                     && std::is_x86_feature_detected!("bmi1")
@@ -49,7 +49,7 @@ impl Level {
                     && std::is_x86_feature_detected!("lzcnt")
                     && std::is_x86_feature_detected!("popcnt")
             }
-            #[cfg(all(target_arch = "x86_64", feature = "avx512"))]
+            #[cfg(all(target_arch = "x86_64", any(test, feature = "avx")))]
             Level::Avx512 => {
                 std::is_x86_feature_detected!("avx512f")
                     && std::is_x86_feature_detected!("avx512bw")
@@ -59,10 +59,8 @@ impl Level {
             }
             // Part of the target, not detected.
             Level::Neon => HAS_NEON,
-            #[cfg(not(all(target_arch = "x86_64", any(test, feature = "avx2"))))]
-            Level::Avx2 => false,
-            #[cfg(not(all(target_arch = "x86_64", feature = "avx512")))]
-            Level::Avx512 => false,
+            #[cfg(not(all(target_arch = "x86_64", any(test, feature = "avx"))))]
+            Level::Avx2 | Level::Avx512 => false,
         }
     }
 
@@ -84,10 +82,9 @@ impl Level {
     /// Runs `kernel` at this level, or at the widest available level below it.
     #[inline]
     pub fn dispatch<K: Kernel>(self, kernel: K) -> K::Output {
-        #[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
+        #[cfg(all(target_arch = "x86_64", any(test, feature = "avx")))]
         {
             let level = self.min(Level::best());
-            #[cfg(feature = "avx512")]
             if level == Level::Avx512 {
                 // SAFETY: `best` found the CPU to have every feature that the function names.
                 return unsafe { super::avx512::run(kernel) };
@@ -105,11 +102,10 @@ impl Level {
     }
 
     /// Runs a kernel of long chains of dependent operations: as [`dispatch`](Level::dispatch) does,
-    /// but over pairs of vectors where they have 8 lanes and pairs are faster. Pairs are compiled
-    /// with the feature `avx512`, that of kernels of 16 lanes.
+    /// but over pairs of vectors where they have 8 lanes and pairs are faster.
     #[inline]
     pub(crate) fn dispatch_long<K: Kernel>(self, kernel: K) -> K::Output {
-        #[cfg(all(target_arch = "x86_64", any(test, feature = "avx512")))]
+        #[cfg(all(target_arch = "x86_64", any(test, feature = "avx")))]
         if self.min(Level::best()) == Level::Avx2 && super::avx2::pairs_are_faster() {
             // SAFETY: `best` found the CPU to have every feature that the function names.
             return unsafe { super::avx2::run_paired(kernel) };

@@ -13,7 +13,7 @@ use crate::math::matrix;
 use crate::memory::{MemoryUse, Reservation};
 use crate::pipeline::{DrawStats, EmptyDraw, PipelineError, SceneOptions, is_dark};
 use crate::scene::{
-    Camera, CameraError, Light, LightKind, LookAt, Projection, Sampling, Scene, TextureUse,
+    Camera, Light, LightKind, LookAt, Projection, Sampling, Scene, TextureUse,
     TransparencyOrder, Viewport, ViewportRule,
 };
 use crate::server::Session;

@@ -10,7 +10,7 @@ use super::{Effect, Engine, Progress, Resources};
 use crate::cancel::CancelToken;
 use crate::command::{Command, FileKind, MeshSource, Rect};
 use crate::error::{Code, Fault};
-use crate::eye::{self, EyeError, EyeScene, Rotation};
+use crate::eye::{self, EyeScene, Rotation};
 use crate::load::x3d::X3dDocument;
 use crate::load::{self, FilePosition, LoadError, LoadMemory, LoadWarning, MeshFormat, Smoothing};
 use crate::memory::{MemoryUse, Reservation};

@@ -167,7 +167,7 @@ fn the_plan_in_stats_is_the_same_for_every_vector_level() {
     let turns =
         ["PUSH\nTRANSLATE .4 0 1.7\nSCALE .9 3 .1\nDRAW wall\nPOP\nROTATE 1 1 0 .3\nDRAW knot\nSTATS\n"];
     turns.iter().cycle().take(6).for_each(|turn| script += &format!("CLEAR 102030\n{turn}"));
-    let plans = |level: crate::simd::Level| -> Vec<String> {
+    let plans = |level: fbptr_core::simd::Level| -> Vec<String> {
         let mut engine = Engine::new(640, 480).unwrap();
         let options = crate::pipeline::RenderOptions { simd: Some(level), ..Default::default() };
         engine.set_renderer(crate::pipeline::Renderer::new(options));
@@ -176,10 +176,10 @@ fn the_plan_in_stats_is_the_same_for_every_vector_level() {
         let text = String::from_utf8(out.replies).unwrap();
         text.lines().filter_map(|line| Some(line.split_once(" plan=")?.1.to_owned())).collect()
     };
-    let found = plans(crate::simd::Level::Portable);
+    let found = plans(fbptr_core::simd::Level::Portable);
     assert_eq!(found.len(), 6);
     assert!(!found[0].contains("tested:-") && found[1].contains("tested:-"), "{found:?}");
-    for level in crate::simd::Level::ALL.into_iter().filter(|level| level.is_available()) {
+    for level in fbptr_core::simd::Level::ALL.into_iter().filter(|level| level.is_available()) {
         assert_eq!(plans(level), found, "{level:?}");
     }
 }

@@ -16,6 +16,7 @@ mod temporary;
 pub use atomic::atomically;
 pub use formats::{SnapshotFormat, check_depth_path, crc32, depth_to_path, pfm, png, ppm, raw, to_path};
 pub use movie::{MOVIE_ENDINGS, Movie, MovieFormat, numbered_path};
+#[doc(hidden)]
 pub use read::read_frame;
 pub(crate) use rgba::rgba8;
 #[cfg(unix)]
@@ -28,6 +29,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// Returns the folder of a file to be written, if it does not exist.
+#[doc(hidden)]
 pub fn missing_folder(path: &Path) -> Option<&Path> {
     path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir())
 }

@@ -9,6 +9,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// If the bytes are no picture of that format and size.
+#[doc(hidden)]
 pub fn read_frame(
     path: &Path,
     bytes: &[u8],

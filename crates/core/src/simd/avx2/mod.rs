@@ -2,12 +2,10 @@
 
 mod instructions;
 mod lanes;
-#[cfg(any(test, feature = "avx512"))]
 mod pairing;
 mod records;
 
 use super::avx_records::record_methods;
-#[cfg(any(test, feature = "avx512"))]
 use super::pair::Paired;
 use super::spill::Spill;
 use super::x86::{Evidence, registers, whole_vector_methods};
@@ -17,7 +15,6 @@ use lanes::{F, I, M};
 use records::{COMPRESS, check, index_or_0, packed, pixel_pairs, repeats, rows_of_four, transposed, upwards};
 use std::arch::x86_64::*;
 
-#[cfg(any(test, feature = "avx512"))]
 pub use pairing::pairs_are_faster;
 #[cfg(test)]
 pub use pairing::with_pairs;
@@ -42,7 +39,6 @@ pub unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
 ///
 /// # Safety
 /// The CPU must have these features.
-#[cfg(any(test, feature = "avx512"))]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
 pub unsafe fn run_paired<K: Kernel>(kernel: K) -> K::Output {
     kernel.run(Paired(Avx2(())))
