@@ -162,14 +162,14 @@ pub use fbptr_command as command;
 #[doc(hidden)]
 pub use fbptr_command::framebuffer;
 pub use fbptr_command::framebuffer::{DrawReport, DrawState, Drawable, Framebuffer, InvisibleDraw};
-#[doc(inline)]
-pub use fbptr_core::{draw2d, error, eye, memory, pipeline, scene};
-#[doc(hidden)]
-pub use fbptr_core::{cancel, executor, input, math, simd};
 pub use fbptr_core::{
     Camera, CancelToken, Executor, Geometry, Level, Light, Material, Mesh, Renderer, Rgba, Scene, ThreadPool,
     VideoMemory, glam,
 };
+#[doc(hidden)]
+pub use fbptr_core::{cancel, executor, input, math, simd};
+#[doc(inline)]
+pub use fbptr_core::{draw2d, error, eye, memory, pipeline, scene};
 #[cfg(fbptr_preload)]
 #[doc(hidden)]
 pub use fbptr_desktop::fbdev;

@@ -18,8 +18,14 @@ type Sources = BTreeMap<String, String>;
 
 /// The crates beside the facade, as code names them.
 const CRATES: [&str; 8] = [
-    "fbptr_command", "fbptr_core", "fbptr_desktop", "fbptr_engine", "fbptr_formats", "fbptr_lab",
-    "fbptr_server", "fbptr_truth",
+    "fbptr_command",
+    "fbptr_core",
+    "fbptr_desktop",
+    "fbptr_engine",
+    "fbptr_formats",
+    "fbptr_lab",
+    "fbptr_server",
+    "fbptr_truth",
 ];
 
 fn root() -> &'static Path {

@@ -6,12 +6,12 @@
 //! nothing else is a number.
 
 use super::scan::find_blank;
-use crate::error::Code;
-use crate::memory::{Rgba, parse_color, parse_light_color};
+use fbptr_core::error::Code;
+use fbptr_core::memory::{Rgba, parse_color, parse_light_color};
 use glam::DVec3;
 use std::borrow::Cow;
 
-/// Reason why a command is refused: the decoder's form of [`crate::error::Fault`], with the word as
+/// Reason why a command is refused: the decoder's form of [`fbptr_core::error::Fault`], with the word as
 /// raw bytes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct ParseError {

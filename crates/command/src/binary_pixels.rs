@@ -5,7 +5,7 @@
 //! words every 40, so whole blocks are compared with a pattern. The comparison is written in words
 //! and compiled for each vector level, whose vectors the compiler uses for them.
 
-use crate::simd::{Kernel, Level, Simd};
+use fbptr_core::simd::{Kernel, Level, Simd};
 
 /// Size of a record in bytes.
 const RECORD: usize = 10;

@@ -5,7 +5,7 @@
 
 use super::args::{Args, ParseError};
 use super::encode::{EncodeError, LineWriter};
-use crate::error::Fault;
+use fbptr_core::error::Fault;
 
 /// Parser of a text verb's arguments, for lines with a number of words that the table allows.
 pub(super) type Parse<C> = fn(&mut Args<'_>) -> Result<C, ParseError>;

@@ -3,8 +3,8 @@
 
 use super::codec::Codec;
 pub use super::table::{Command, Figure};
-pub use crate::draw2d::{AreaColors, RampColor, RealRect, Rect};
-use crate::scene::{Attenuation, Projection};
+pub use fbptr_core::draw2d::{AreaColors, RampColor, RealRect, Rect};
+use fbptr_core::scene::{Attenuation, Projection};
 use glam::DVec3;
 
 /// Source of the mesh that `MESH` defines.

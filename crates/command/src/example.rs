@@ -10,9 +10,9 @@ use super::encode::{EncodeError, LineWriter};
 use super::figure::{DrawFigure, Drawn, Lend};
 use super::verb::{Arity, Encoding, Form, Group, Payload, Reach, Reply, Verb};
 use super::verb_macros::*;
-use crate::draw2d::{DrawError, FigureTarget};
-use crate::error::{Code, Fault};
-use crate::memory::Rgba;
+use fbptr_core::draw2d::{DrawError, FigureTarget};
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::memory::Rgba;
 
 const RED: Rgba = [255, 0, 0, 255];
 

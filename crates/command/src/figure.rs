@@ -3,7 +3,7 @@
 //! In: a figure. Out: its pixels on a target, or the reason for which it was refused. The table's
 //! macros implement it.
 
-use crate::draw2d::{AreaColors, DrawError, FigureTarget, RampColor, RealRect, Rect};
+use fbptr_core::draw2d::{AreaColors, DrawError, FigureTarget, RampColor, RealRect, Rect};
 
 /// A figure that can be drawn on a target.
 #[doc(hidden)]

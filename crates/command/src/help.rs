@@ -2,7 +2,7 @@
 
 use super::suggest::nearest_verb;
 use super::verb::{Group, Reach, Verb};
-use crate::error::{Code, Fault};
+use fbptr_core::error::{Code, Fault};
 use std::fmt::Write;
 
 /// Returns the reply to `HELP`: one line `template: description` per form of a verb, each ended by

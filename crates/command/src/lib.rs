@@ -7,11 +7,6 @@
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
 
-pub(crate) use fbptr_core::{draw2d, error, memory, pipeline, scene, simd};
-pub(crate) use crate as command;
-pub(crate) use fbptr_formats::{load, save};
-
-pub mod framebuffer;
 mod args;
 mod arguments;
 mod arity;
@@ -23,6 +18,7 @@ mod encode;
 #[cfg(test)]
 pub(crate) mod example;
 mod figure;
+pub mod framebuffer;
 mod help;
 mod long_line;
 mod methods;
@@ -37,7 +33,6 @@ mod validate;
 mod verb;
 mod verb_macros;
 
-pub use crate::memory::{parse_color, parse_light_color};
 pub use arity::Arity;
 pub use commands::{
     AreaColors, Command, ErrorMode, Figure, FileKind, LightCommand, MeshSource, Quality, RampColor, RealRect,
@@ -47,6 +42,7 @@ pub use commands::{
 pub use decoder::BYTE_ORDER_MARK;
 pub use decoder::{Decoder, EndOfInput, Limits, MAX_LINE_BYTES};
 pub use encode::{EncodeError, encode};
+pub use fbptr_core::memory::{parse_color, parse_light_color};
 #[doc(hidden)]
 pub use figure::DrawFigure;
 pub use framebuffer::Framebuffer;

@@ -1,7 +1,7 @@
 //! Pool of buffers for large payloads, reused from one command to the next. Clients that send whole
 //! frames would otherwise make the system map fresh pages for each of them.
 
-use crate::memory::{MemoryBudget, MemoryUse, Reservation};
+use fbptr_core::memory::{MemoryBudget, MemoryUse, Reservation};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Most buffers kept, and most bytes of them in total; a single buffer may be larger.

@@ -2,7 +2,7 @@
 
 use super::commands::{Command, Rect};
 use super::stream_error::StreamError;
-use crate::memory::{Reservation, Rgba};
+use fbptr_core::memory::{Reservation, Rgba};
 
 /// Position of a command in its stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -8,7 +8,7 @@ use super::args::ParseError;
 use super::sink::StreamPosition;
 use super::suggest::nearest_verb;
 use super::verb::Verb;
-use crate::error::{Code, Fault};
+use fbptr_core::error::{Code, Fault};
 use std::borrow::Cow;
 use std::fmt::{self, Write};
 

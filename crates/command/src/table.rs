@@ -17,10 +17,10 @@ use super::encode::{EncodeError, LineWriter};
 use super::figure::{DrawFigure, Drawn, Lend};
 use super::verb::{Arity, Encoding, Form, Group, Payload, Reach, Reply, Verb};
 use super::verb_macros::*;
-use crate::draw2d::{AreaColors, DrawError, FigureTarget, RampColor, RealRect, Rect};
-use crate::error::Fault;
-use crate::memory::{DepthFormat, Rgba};
-use crate::scene::{
+use fbptr_core::draw2d::{AreaColors, DrawError, FigureTarget, RampColor, RealRect, Rect};
+use fbptr_core::error::Fault;
+use fbptr_core::memory::{DepthFormat, Rgba};
+use fbptr_core::scene::{
     Cull, HiddenSurface, Interpolation, Material, ObliqueKind, Projection, Sampling, ShadeMode, ViewportRule,
 };
 use glam::{DMat4, DVec3};

@@ -13,7 +13,7 @@
 
 use super::codec::Codec;
 use super::commands::Command;
-use crate::error::Fault;
+use fbptr_core::error::Fault;
 
 impl Command {
     /// Checks the command by itself.

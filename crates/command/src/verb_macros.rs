@@ -16,7 +16,7 @@
 //! - `= Kind`: the [`Argument`](super::arguments::Argument) that reads, checks and writes the
 //!   field, by default its type.
 //! - `= fn name`: the function that does it, called with the fields: of a figure, a method of
-//!   [`FigureTarget`](crate::draw2d::FigureTarget); of another command, one of the engine.
+//!   [`FigureTarget`](fbptr_core::draw2d::FigureTarget); of another command, one of the engine.
 //!   `= job name` if it only makes a job, whose result is what is recorded. The rows of projections
 //!   have none. Its name is also that of the verb's method of `Client`, and of `Framebuffer` if it
 //!   is a figure, unless that is written by hand ([`super::methods`]).
@@ -400,7 +400,7 @@ macro_rules! figures {
     };
 }
 
-/// `Codec` for [`Projection`](crate::scene::Projection), if there are rows for it.
+/// `Codec` for [`Projection`](fbptr_core::scene::Projection), if there are rows for it.
 macro_rules! projections {
     () => {};
     ($($rows:tt)+) => { codec! { Projection [] $($rows)+ } };

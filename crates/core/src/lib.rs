@@ -21,9 +21,11 @@
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
 
+#[doc(hidden)]
 pub mod cancel;
 pub mod draw2d;
 pub mod error;
+#[doc(hidden)]
 pub mod executor;
 pub mod eye;
 pub mod input;
@@ -49,3 +51,8 @@ pub use memory::{Rgba, VideoMemory};
 pub use pipeline::Renderer;
 pub use scene::{Camera, Geometry, Light, Material, Mesh, Scene};
 pub use simd::Level;
+
+/// Compiles the example of the crate's page as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

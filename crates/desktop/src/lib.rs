@@ -10,11 +10,6 @@
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
 
-pub(crate) use fbptr_core::{draw2d, executor, eye, input, memory, pipeline, scene, simd};
-pub(crate) use fbptr_formats::{load, save};
-pub(crate) use fbptr_command::framebuffer;
-pub(crate) use {fbptr_command as command, fbptr_server as server, fbptr_truth as truth};
-
 #[cfg(fbptr_preload)]
 pub mod fbdev;
 pub mod viewer;

@@ -4,12 +4,12 @@
 //! pixels. Depth and pick buffer exist from the first draw on that needs them. All of them are
 //! counted in the memory budget.
 
-use crate::error::Fault;
-use crate::memory::{
+use fbptr_core::error::Fault;
+use fbptr_core::memory::{
     DepthFormat, DepthMemory, MemoryBudget, MemoryUse, OverBudget, PickBuffer, Reservation, VideoMemory,
 };
-use crate::pipeline::Target;
-use crate::scene::{HiddenSurface, Object, Scene};
+use fbptr_core::pipeline::Target;
+use fbptr_core::scene::{HiddenSurface, Object, Scene};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;

@@ -8,11 +8,6 @@
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
 
-pub(crate) use fbptr_core::{cancel, draw2d, error, executor, eye, math, memory, pipeline, scene};
-pub(crate) use crate as server;
-pub(crate) use fbptr_formats::{load, save};
-pub(crate) use fbptr_command as command;
-
 mod budget;
 pub mod clock;
 pub mod engine;

@@ -1,7 +1,7 @@
 //! Quotas of a server, and their defaults. Those of a connection's matrices and lights have no
 //! option on the command line.
 
-use crate::error::{Code, Fault};
+use fbptr_core::error::{Code, Fault};
 use std::time::Duration;
 
 /// Quotas of a server, in bytes unless the name says otherwise.

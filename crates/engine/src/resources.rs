@@ -4,11 +4,11 @@
 //! name in all kinds. A name that is defined again replaces its old resource.
 
 use super::Limits;
-use crate::error::{Code, Fault};
-use crate::eye::{self, EyeScene};
-use crate::load::x3d::X3dDocument;
-use crate::memory::{Reservation, Rgba};
-use crate::scene::{Geometry, Texture};
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::eye::{self, EyeScene};
+use fbptr_core::memory::{Reservation, Rgba};
+use fbptr_core::scene::{Geometry, Texture};
+use fbptr_formats::load::x3d::X3dDocument;
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 
@@ -239,8 +239,8 @@ fn let_go<T: Send + 'static>(what: T, bytes: u64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::memory::{MemoryBudget, MemoryUse};
-    use crate::scene::Texture;
+    use fbptr_core::memory::{MemoryBudget, MemoryUse};
+    use fbptr_core::scene::Texture;
 
     fn texture(side: u32) -> Resource {
         Resource::Texture(Arc::new(Texture::new(side, 1, vec![0; side as usize * 4]).unwrap()))

@@ -7,10 +7,10 @@
 use super::read_files::FileSet;
 use super::surfaces::Surfaces;
 use super::{Limits, ResourceTable, Stats};
-use crate::command::{ErrorMode, Quality};
-use crate::draw2d::Blend;
-use crate::memory::Reservation;
-use crate::scene::{
+use fbptr_command::{ErrorMode, Quality};
+use fbptr_core::draw2d::Blend;
+use fbptr_core::memory::Reservation;
+use fbptr_core::scene::{
     Camera, Cull, HiddenSurface, Interpolation, Light, Material, Sampling, ShadeMode, Viewport,
 };
 use glam::{DMat4, DVec3};

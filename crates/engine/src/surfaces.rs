@@ -6,9 +6,9 @@
 
 use super::Limits;
 use super::engine_frame::EngineFrame;
-use crate::draw2d::Rect;
-use crate::error::{Code, Fault};
-use crate::memory::{MemoryBudget, MemoryUse, VideoMemory};
+use fbptr_core::draw2d::Rect;
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::memory::{MemoryBudget, MemoryUse, VideoMemory};
 use std::collections::BTreeMap;
 
 /// Memory of a name in the table of canvases, in bytes without its letters.

@@ -11,8 +11,6 @@
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
 
-pub(crate) use fbptr_core::{cancel, draw2d, error, executor, eye, math, memory, pipeline, scene};
-
 pub mod animation;
 pub mod load;
 pub mod save;

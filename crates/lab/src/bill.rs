@@ -7,7 +7,9 @@
 
 use super::clock::{self, Timing};
 use fbptr_core::memory::{DepthFormat, VideoMemory};
-use fbptr_core::pipeline::{DrawStats, Part, PathCounts, PipelineError, Plan, Renderer, SceneOptions, Target};
+use fbptr_core::pipeline::{
+    DrawStats, Part, PathCounts, PipelineError, Plan, Renderer, SceneOptions, Target,
+};
 use fbptr_core::scene::{Cull, HiddenSurface, Scene};
 use std::fmt;
 use std::sync::Arc;

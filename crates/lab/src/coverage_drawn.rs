@@ -8,7 +8,9 @@ use super::coverage::Corners;
 use super::experiment::Effort;
 use super::picture::BenchFrame;
 use fbptr_core::math::coverage::PixelRect;
-use fbptr_core::scene::{Camera, Corner, Cull, LightingModel, LookAt, Material, Mesh, NONE, Projection, Scene};
+use fbptr_core::scene::{
+    Camera, Corner, Cull, LightingModel, LookAt, Material, Mesh, NONE, Projection, Scene,
+};
 use fbptr_truth::scenes::object;
 use glam::DVec3;
 

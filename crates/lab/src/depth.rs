@@ -3,7 +3,9 @@
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Standing, Truth};
 use super::picture::{BenchFrame, drawn_in_turns};
 use fbptr_core::memory::DepthFormat;
-use fbptr_core::scene::{Camera, Corner, Cull, LightingModel, LookAt, Material, Mesh, NONE, Projection, Scene};
+use fbptr_core::scene::{
+    Camera, Corner, Cull, LightingModel, LookAt, Material, Mesh, NONE, Projection, Scene,
+};
 use fbptr_truth::scenes::{Case, Random, object};
 use fbptr_truth::{DoubleDouble, Settings};
 use glam::DVec3;

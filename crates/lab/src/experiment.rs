@@ -2,8 +2,8 @@
 
 use super::clock::{self, Timing, Work};
 use fbptr_core::pipeline::{RenderOptions, Renderer};
-use fbptr_server::worker_pool;
 use fbptr_core::simd::Level;
+use fbptr_server::worker_pool;
 use std::time::Duration;
 
 /// Size of the subjects, and time budget.

@@ -3,7 +3,9 @@
 use super::clock::{Timing, Work};
 use super::experiment::Effort;
 use fbptr_core::memory::{DepthFormat, DepthMemory, PickBuffer, VideoMemory};
-use fbptr_core::pipeline::{DrawCall, PipelineError, RenderOptions, RenderPath, Renderer, SceneOptions, Target};
+use fbptr_core::pipeline::{
+    DrawCall, PipelineError, RenderOptions, RenderPath, Renderer, SceneOptions, Target,
+};
 use fbptr_core::scene::{Scene, Viewport, ViewportRule};
 use fbptr_truth::compare::{color_error, compare};
 use fbptr_truth::scenes::{Case, Random};

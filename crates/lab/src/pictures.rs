@@ -16,8 +16,8 @@ use super::clock::Work;
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Truth};
 use super::picture::{BenchFrame, Buffers, draw_case};
 use super::report::{Report, Section};
-use fbptr_truth::scenes::Case;
 use compared::Compared;
+use fbptr_truth::scenes::Case;
 use ways::Way;
 
 /// Experiment on whole pictures.

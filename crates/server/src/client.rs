@@ -24,11 +24,11 @@ mod verbs;
 
 use super::CommandError;
 use super::message::{Id, Inbox, Item, Message};
-use crate::command::{Command, EndOfInput};
-use crate::error::{Code, Fault};
-use crate::input::InputEvent;
-use crate::memory::VideoMemory;
 use crossbeam_channel::{Sender, bounded};
+use fbptr_command::{Command, EndOfInput};
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::input::InputEvent;
+use fbptr_core::memory::VideoMemory;
 use std::fmt;
 use std::sync::Arc;
 

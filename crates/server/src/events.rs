@@ -1,6 +1,6 @@
 //! Messages from the window to the render thread.
 
-use crate::input::InputEvent;
+use fbptr_core::input::InputEvent;
 
 /// Input from the window to the render thread.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -21,12 +21,12 @@
 //! An error here would show as a reply out of order, or as a recording whose replay draws other
 //! bytes (`tests/serving/fairness.rs`).
 
-use super::engine::{Job, JobResult};
 use super::message::{Id, Message};
-use super::workers::DRAW_STACK_BYTES;
-use crate::cancel::CancelToken;
-use crate::error::{Code, Fault};
 use crossbeam_channel::{Receiver, Sender, unbounded};
+use fbptr_core::cancel::CancelToken;
+use fbptr_core::error::{Code, Fault};
+use fbptr_engine::engine::{Job, JobResult};
+use fbptr_engine::workers::DRAW_STACK_BYTES;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};

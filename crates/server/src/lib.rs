@@ -8,15 +8,11 @@
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
 
-pub(crate) use fbptr_core::{cancel, draw2d, error, input, memory, scene};
-pub(crate) use crate as server;
-pub use fbptr_engine::{clock, engine, engine_frame, limits, read_files, resources, session, snapshot_names, stream, workers};
-pub(crate) use fbptr_formats::{load, save};
-pub(crate) use fbptr_command as command;
 /// The engine, whose sessions and streams this crate feeds.
 pub use fbptr_engine::{
-    Audience, Budget, CommandError, Dialect, Effect, Engine, Limits, Notice, Output, OutputState, OutputStatus, Pace,
-    Resource, ResourceKind, ResourceTable, Session, Stats, Status, Stream, StreamState, stated_size, worker_pool,
+    Audience, Budget, CommandError, Dialect, Effect, Engine, Limits, Notice, Output, OutputState,
+    OutputStatus, Pace, Resource, ResourceKind, ResourceTable, Session, Stats, Status, Stream, StreamState,
+    stated_size, worker_pool,
 };
 
 mod admission;

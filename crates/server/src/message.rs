@@ -5,14 +5,14 @@
 //! and events are stored up to a limit.
 
 use super::buffer_pool::PooledBuffer;
-use super::engine::{Engine, JobResult};
 use super::reply_queue::ReplyQueue;
-use super::session::Audience;
-use super::stream::{CommandError, Notice};
-use crate::command::{Command, EndOfInput};
-use crate::error::Fault;
-use crate::input::InputEvent;
 use crossbeam_channel::Sender;
+use fbptr_command::{Command, EndOfInput};
+use fbptr_core::error::Fault;
+use fbptr_core::input::InputEvent;
+use fbptr_engine::engine::{Engine, JobResult};
+use fbptr_engine::session::Audience;
+use fbptr_engine::stream::{CommandError, Notice};
 use std::fmt;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;

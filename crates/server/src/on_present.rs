@@ -1,7 +1,7 @@
 //! A function that is called with each frame that `PRESENT` ends, as an observer of the engine.
 
-use super::engine::{Event, FrameView, Observer};
-use crate::memory::VideoMemory;
+use fbptr_core::memory::VideoMemory;
+use fbptr_engine::engine::{Event, FrameView, Observer};
 use std::fmt;
 
 /// Calls a function with the memory at every `PRESENT`, before any later command runs.

@@ -5,13 +5,13 @@
 //! `play` draws of the file. Tested by the viewer's tests.
 
 use super::Budget;
-use super::engine::Engine;
 use super::record::RECORD_MAGIC;
 use super::replay::Replay;
-use super::session::Audience;
-use super::stream::{Output, Stream, StreamState};
-use crate::command::EndOfInput;
-use crate::scene::Camera;
+use fbptr_command::EndOfInput;
+use fbptr_core::scene::Camera;
+use fbptr_engine::engine::Engine;
+use fbptr_engine::session::Audience;
+use fbptr_engine::stream::{Output, Stream, StreamState};
 
 /// A stream or a recording that is being played.
 pub struct Playback(Input);

@@ -5,7 +5,7 @@ use super::record::RECORD_MAGIC;
 use super::thread::RenderThread;
 use super::transport::{ByteSource, Endpoint, Uncontrolled, serve_connection};
 use super::{Audience, Notice};
-use crate::command::EndOfInput;
+use fbptr_command::EndOfInput;
 use std::io::{self, Read, Write};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 

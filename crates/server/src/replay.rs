@@ -5,14 +5,14 @@
 //! early. The files that the recording contains are held in memory, once each.
 
 use super::Budget;
-use super::engine::Engine;
-use super::read_files::FileSet;
 use super::record::{END_MARK, RECORD_MAGIC};
-use super::session::{Audience, FileAccess};
-use super::stream::{CommandError, Notice, Output, Resume, Stream, StreamState, feed_parts};
-use crate::command::{EndOfInput, StreamPosition};
-use crate::error::{Code, Fault};
-use crate::scene::Camera;
+use fbptr_command::{EndOfInput, StreamPosition};
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::scene::Camera;
+use fbptr_engine::engine::Engine;
+use fbptr_engine::read_files::FileSet;
+use fbptr_engine::session::{Audience, FileAccess};
+use fbptr_engine::stream::{CommandError, Notice, Output, Resume, Stream, StreamState, feed_parts};
 use std::collections::HashMap;
 use std::sync::Arc;
 

@@ -6,7 +6,7 @@
 //! does not read fills only its own queue; the render thread then suspends that client's commands
 //! ([`ReplyQueue::is_full`]) until the writer has made room.
 
-use crate::memory::{MemoryBudget, MemoryUse, Reservation};
+use fbptr_core::memory::{MemoryBudget, MemoryUse, Reservation};
 use std::io::{self, Write};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};

@@ -11,7 +11,7 @@ use super::transport::{
 #[cfg(feature = "web")]
 use super::web::{WebFeed, WebOptions, WebServer, WebTarget};
 use super::{Audience, Client, Engine};
-use crate::command::EndOfInput;
+use fbptr_command::EndOfInput;
 use std::fmt;
 use std::io::{self, Read, Write};
 use std::sync::Arc;

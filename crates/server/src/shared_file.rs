@@ -7,10 +7,10 @@
 //! before replies are sent, and soon after drawing if there are none. Runs on the render thread. If
 //! the file fails, the sharing ends and the engine continues.
 
-use super::engine::{
+use fbptr_core::memory::{SHARED_HEADER_BYTES, SharedError, SharedFile, VideoMemory};
+use fbptr_engine::engine::{
     Event, FrameView, Observer, Occasion, OutputState, OutputStatus, PendingRows, PixelRuns,
 };
-use crate::memory::{SHARED_HEADER_BYTES, SharedError, SharedFile, VideoMemory};
 use std::fmt;
 use std::time::{Duration, Instant};
 
@@ -169,4 +169,3 @@ impl Observer for FileSharing {
         Some(output(state, frame.memory))
     }
 }
-

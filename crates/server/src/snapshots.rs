@@ -8,12 +8,12 @@
 //! no picture.
 
 use super::message::Message;
-use super::snapshot_names::{MOST_A_SECOND, format_name, parse_name};
 use super::thread::RenderThread;
-use crate::load::SandboxDir;
-use crate::memory::VideoMemory;
-use crate::save;
 use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
+use fbptr_core::memory::VideoMemory;
+use fbptr_engine::snapshot_names::{MOST_A_SECOND, format_name, parse_name};
+use fbptr_formats::load::SandboxDir;
+use fbptr_formats::save;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};

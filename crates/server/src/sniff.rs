@@ -7,7 +7,7 @@
 //! protocol is refused by mistake, and nothing of a request's first line can have taken effect
 //! before it is detected.
 
-use crate::command::Verb;
+use fbptr_command::Verb;
 
 /// First bytes of a request, in any case, longest last: the methods that a browser sends by itself
 /// or for a page, and the preface of HTTP/2. Any other word is a method if ` HTTP/1.1` or a similar

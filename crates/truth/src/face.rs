@@ -374,7 +374,11 @@ impl<'a> ObjectView<'a> {
 
     /// Returns the texture of a face whose corners all have coordinates: that of the polygon's own
     /// material, else the object's.
-    fn texture(&self, own: Option<usize>, corners: &[FaceCorner; 3]) -> Option<&'a fbptr_core::scene::Texture> {
+    fn texture(
+        &self,
+        own: Option<usize>,
+        corners: &[FaceCorner; 3],
+    ) -> Option<&'a fbptr_core::scene::Texture> {
         let object = self.object;
         let own_texture = own.and_then(|m| object.geometry.textures.get(m)).and_then(Option::as_deref);
         own_texture

@@ -66,9 +66,7 @@ mod tests {
         let mut drawn = 0;
         for seed in 0..30 {
             let case = random(seed);
-            let truth =
-                render(&case.scene, case.width, case.height, case.format, &case.settings)
-                    .unwrap();
+            let truth = render(&case.scene, case.width, case.height, case.format, &case.settings).unwrap();
             let pixels = case.width * case.height;
             let seen = (0..pixels)
                 .filter(|i| truth.states(i % case.width, i / case.width).iter().any(|s| s.drawn.is_some()));

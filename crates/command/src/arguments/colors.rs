@@ -1,12 +1,12 @@
 //! Colours of pixels, lines, areas and light.
 
 use super::{Argument, TextArgument, finite, light_form};
-use crate::command::args::{Args, ParseError};
-use crate::command::commands::{AreaColors, RampColor};
-use crate::command::encode::{EncodeError, LineWriter};
-use crate::command::verb::{Arity, ParameterKind};
-use crate::error::Fault;
-use crate::memory::Rgba;
+use crate::args::{Args, ParseError};
+use crate::commands::{AreaColors, RampColor};
+use crate::encode::{EncodeError, LineWriter};
+use crate::verb::{Arity, ParameterKind};
+use fbptr_core::error::Fault;
+use fbptr_core::memory::Rgba;
 use glam::DVec3;
 
 impl Argument for Rgba {

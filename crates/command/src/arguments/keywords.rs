@@ -4,13 +4,13 @@
 //! have is put together from them.
 
 use super::{Argument, TextArgument};
-use crate::command::args::{Args, ParseError};
-use crate::command::commands::{ErrorMode, FileKind};
-use crate::command::encode::{EncodeError, LineWriter};
-use crate::command::verb::{Arity, ParameterKind};
-use crate::error::Code;
-use crate::memory::DepthFormat;
-use crate::scene::{Cull, HiddenSurface, Interpolation, ObliqueKind, ShadeMode, ViewportRule};
+use crate::args::{Args, ParseError};
+use crate::commands::{ErrorMode, FileKind};
+use crate::encode::{EncodeError, LineWriter};
+use crate::verb::{Arity, ParameterKind};
+use fbptr_core::error::Code;
+use fbptr_core::memory::DepthFormat;
+use fbptr_core::scene::{Cull, HiddenSurface, Interpolation, ObliqueKind, ShadeMode, ViewportRule};
 
 /// A kind of argument that is one of a list of words.
 pub(super) trait Keyword {

@@ -27,7 +27,7 @@ pub(super) use subjects::{SceneTime, Sorted};
 use super::args::{Args, LightForm, ParseError};
 use super::encode::{EncodeError, LineWriter};
 use super::verb::{Arity, Parameter, ParameterKind, Payload};
-use crate::error::{Code, Fault};
+use fbptr_core::error::{Code, Fault};
 
 /// Checks and encodes one argument.
 ///

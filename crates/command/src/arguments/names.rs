@@ -1,11 +1,11 @@
 //! Names of meshes, textures, scenes, files and tags.
 
 use super::{Argument, TextArgument, expect_left};
-use crate::command::args::{Args, ParseError, is_name};
-use crate::command::commands::{Command, FileKind, SnapTarget};
-use crate::command::encode::{EncodeError, LineWriter};
-use crate::command::verb::{Arity, ParameterKind};
-use crate::error::{Code, Fault};
+use crate::args::{Args, ParseError, is_name};
+use crate::commands::{Command, FileKind, SnapTarget};
+use crate::encode::{EncodeError, LineWriter};
+use crate::verb::{Arity, ParameterKind};
+use fbptr_core::error::{Code, Fault};
 
 /// Checks that a text can stand in a line as a name.
 fn check_name(name: &str) -> Result<(), Fault> {
@@ -202,10 +202,7 @@ pub(crate) fn load_names(command: &Command) -> Result<(), Fault> {
 }
 
 /// Appends the arguments of `LOAD`: the kind of the file, the name that it is given, its path.
-pub(crate) fn write_load(
-    command: &Command,
-    line: &mut LineWriter<'_>,
-) -> Result<(), EncodeError> {
+pub(crate) fn write_load(command: &Command, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
     let Command::Load { kind, name, path } = command else { return Ok(()) };
     FileKind::write(kind, line)?;
     if *kind != FileKind::Scene {

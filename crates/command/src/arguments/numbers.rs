@@ -2,11 +2,11 @@
 
 use super::keywords::take_keyword;
 use super::{Argument, TextArgument, finite, from_zero};
-use crate::command::args::{Args, ParseError};
-use crate::command::commands::{RealRect, Rect};
-use crate::command::encode::{EncodeError, LineWriter};
-use crate::command::verb::{Arity, ParameterKind};
-use crate::error::{Code, Fault};
+use crate::args::{Args, ParseError};
+use crate::commands::{RealRect, Rect};
+use crate::encode::{EncodeError, LineWriter};
+use crate::verb::{Arity, ParameterKind};
+use fbptr_core::error::{Code, Fault};
 use glam::{DMat4, DVec3};
 
 impl Argument for i32 {

@@ -2,12 +2,12 @@
 
 use super::keywords::take_keyword;
 use super::{Argument, TextArgument};
-use crate::command::args::{Args, ParseError};
-use crate::command::commands::{Command, Rect};
-use crate::command::encode::{EncodeError, LineWriter};
-use crate::command::verb::{Arity, ParameterKind, Payload};
-use crate::error::{Code, Fault};
-use crate::memory::read_hex;
+use crate::args::{Args, ParseError};
+use crate::commands::{Command, Rect};
+use crate::encode::{EncodeError, LineWriter};
+use crate::verb::{Arity, ParameterKind, Payload};
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::memory::read_hex;
 
 /// Returns the fault of a payload whose length is another one.
 fn wrong_length(expected: impl Into<String>, length: u64) -> Result<(), Fault> {

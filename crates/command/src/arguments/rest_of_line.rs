@@ -1,10 +1,10 @@
 //! Text that is the rest of its line: no payload, no length to count.
 
 use super::{Argument, TextArgument};
-use crate::command::args::{Args, ParseError};
-use crate::command::encode::{EncodeError, LineWriter};
-use crate::command::verb::{Arity, ParameterKind};
-use crate::error::{Code, Fault};
+use crate::args::{Args, ParseError};
+use crate::encode::{EncodeError, LineWriter};
+use crate::verb::{Arity, ParameterKind};
+use fbptr_core::error::{Code, Fault};
 
 /// The rest of the line after one blank, as it stands there: blanks count, and a last word `:N`
 /// announces nothing. It is not all blanks, and has no control characters but tabs.

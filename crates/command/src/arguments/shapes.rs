@@ -1,12 +1,12 @@
 //! Sources of meshes and kinds of lights: a word that decides about those after it.
 
 use super::{Argument, TextArgument, expect_left, finite, from_zero, light_form};
-use crate::command::args::{Args, ParseError};
-use crate::command::commands::{LightCommand, MeshSource};
-use crate::command::encode::{EncodeError, LineWriter};
-use crate::command::verb::{Arity, ParameterKind, Payload};
-use crate::error::{Code, Fault};
-use crate::scene::Attenuation;
+use crate::args::{Args, ParseError};
+use crate::commands::{LightCommand, MeshSource};
+use crate::encode::{EncodeError, LineWriter};
+use crate::verb::{Arity, ParameterKind, Payload};
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::scene::Attenuation;
 use glam::DVec3;
 
 /// Subdivisions of a teapot patch per side if the line gives none.

@@ -3,12 +3,12 @@
 
 use super::keywords::either;
 use super::{Argument, TextArgument, expect_left, finite, from_zero, light_form};
-use crate::command::args::{Args, ParseError};
-use crate::command::commands::Quality;
-use crate::command::encode::{EncodeError, LineWriter};
-use crate::command::verb::{Arity, ParameterKind};
-use crate::error::{Code, Fault};
-use crate::scene::{Filter, Material, Sampling, Wrap};
+use crate::args::{Args, ParseError};
+use crate::commands::Quality;
+use crate::encode::{EncodeError, LineWriter};
+use crate::verb::{Arity, ParameterKind};
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::scene::{Filter, Material, Sampling, Wrap};
 use glam::DVec3;
 
 impl Argument for Material {

@@ -2,8 +2,8 @@
 //! commands wait.
 
 use super::{Decoder, DecoderState};
-use crate::command::args::words;
-use crate::command::commands::{Command, Rect};
+use crate::args::words;
+use crate::commands::{Command, Rect};
 
 /// Most pixels (or bytes of PEEK) of a query that counts as quick.
 const FEW_PIXELS: u64 = 1 << 16;
@@ -85,7 +85,7 @@ fn line_asks(line: &[u8]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::command::{Flow, Limits, Sink, StreamError, StreamPosition};
+    use crate::{Flow, Limits, Sink, StreamError, StreamPosition};
 
     #[derive(Default)]
     struct Heard(Vec<Command>);

@@ -2,16 +2,16 @@
 
 use super::line::without_cr;
 use super::{Decoder, DecoderState, MAX_LINE_BYTES};
-use crate::command::args::{ParseError, words};
-use crate::command::commands::Command;
-use crate::command::decoder::PayloadLength;
-use crate::command::long_line::LongLine;
-use crate::command::scan::find_lf;
-use crate::command::sink::{BINARY_PIXEL_BYTES, Sink};
-use crate::command::stream_error::Subject;
-use crate::command::verb::{Encoding, Verb};
-use crate::command::{binary_pixels, pixel_lexer};
-use crate::error::Code;
+use crate::args::{ParseError, words};
+use crate::commands::Command;
+use crate::decoder::PayloadLength;
+use crate::long_line::LongLine;
+use crate::scan::find_lf;
+use crate::sink::{BINARY_PIXEL_BYTES, Sink};
+use crate::stream_error::Subject;
+use crate::verb::{Encoding, Verb};
+use crate::{binary_pixels, pixel_lexer};
+use fbptr_core::error::Code;
 
 /// Bytes of a `PXMULTI` header: the verb, x, y and n.
 const RUN_HEADER_BYTES: usize = 15;

@@ -1,14 +1,14 @@
 //! Decoding of one complete text line: its payload length, its verb, its arguments.
 
 use super::{Decoder, DecoderState};
-use crate::command::args::{Args, ParseError, is_blank};
-use crate::command::codec::Parse;
-use crate::command::commands::Command;
-use crate::command::sink::Sink;
-use crate::command::stream_error::{StreamError, Subject};
-use crate::command::verb::{Payload, Verb};
-use crate::error::{Code, Fault};
-use crate::memory::{Rgba, parse_color};
+use crate::args::{Args, ParseError, is_blank};
+use crate::codec::Parse;
+use crate::commands::Command;
+use crate::sink::Sink;
+use crate::stream_error::{StreamError, Subject};
+use crate::verb::{Payload, Verb};
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::memory::{Rgba, parse_color};
 
 /// UTF-8's byte order mark, which some editors put before a file's text: skipped there.
 #[doc(hidden)]

@@ -34,8 +34,8 @@ use super::payload_pool::PayloadPool;
 use super::scan::count_lf;
 use super::sink::{Flow, Sink, StreamPosition};
 use super::stream_error::{StreamError, Subject};
-use crate::error::Code;
-use crate::memory::Reservation;
+use fbptr_core::error::Code;
+use fbptr_core::memory::Reservation;
 use framing::{FrameKind, binary_or_text, frame_kind};
 use line::{is_idle, without_cr};
 

@@ -3,14 +3,14 @@
 use super::framing::binary_or_text;
 use super::line::parse_error;
 use super::{Decoder, DecoderState};
-use crate::command::args::ParseError;
-use crate::command::codec::Codec;
-use crate::command::commands::Command;
-use crate::command::sink::{Flow, Sink, StreamPosition};
-use crate::command::stream_error::{StreamError, Subject};
-use crate::error::Code;
-use crate::memory::{MemoryUse, OverBudget, Reservation};
-use crate::simd::allocator;
+use crate::args::ParseError;
+use crate::codec::Codec;
+use crate::commands::Command;
+use crate::sink::{Flow, Sink, StreamPosition};
+use crate::stream_error::{StreamError, Subject};
+use fbptr_core::error::Code;
+use fbptr_core::memory::{MemoryUse, OverBudget, Reservation};
+use fbptr_core::simd::allocator;
 use std::collections::TryReserveError;
 
 /// Largest payload buffer that grows by doubling as bytes arrive, and that is kept afterwards.

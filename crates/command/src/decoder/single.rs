@@ -5,13 +5,13 @@
 //! of a stream makes. The line may be longer than one of a stream.
 
 use super::line::{parse_error, read_command};
-use crate::command::args::{ParseError, is_blank};
-use crate::command::codec::Codec;
-use crate::command::commands::Command;
-use crate::command::sink::StreamPosition;
-use crate::command::stream_error::{StreamError, Subject};
-use crate::command::verb::Verb;
-use crate::error::Code;
+use crate::args::{ParseError, is_blank};
+use crate::codec::Codec;
+use crate::commands::Command;
+use crate::sink::StreamPosition;
+use crate::stream_error::{StreamError, Subject};
+use crate::verb::Verb;
+use fbptr_core::error::Code;
 
 impl Command {
     /// Reads one command from its line, without `:N`, and its payload. The words of the line are
@@ -52,9 +52,9 @@ impl Command {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::command::Figure;
-    use crate::command::verb::Encoding;
-    use crate::draw2d::Rect;
+    use crate::Figure;
+    use crate::verb::Encoding;
+    use fbptr_core::draw2d::Rect;
 
     #[test]
     fn every_example_of_the_table_is_read_as_by_the_decoder() {

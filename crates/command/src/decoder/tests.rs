@@ -1,9 +1,9 @@
 //! Buffers of payloads, and pixels in grey digits.
 
 use super::*;
-use crate::command::Figure;
-use crate::command::PayloadPool;
-use crate::memory::{MemoryBudget, MemoryUse, Rgba};
+use crate::Figure;
+use crate::PayloadPool;
+use fbptr_core::memory::{MemoryBudget, MemoryUse, Rgba};
 
 /// Keeps pixels, errors, and texts with their buffers.
 #[derive(Default)]

@@ -1,7 +1,7 @@
 //! Writer of a command's words, or of a binary command's bytes.
 
 use super::EncodeError;
-use crate::memory::Rgba;
+use fbptr_core::memory::Rgba;
 use glam::DVec3;
 use std::io::Write;
 

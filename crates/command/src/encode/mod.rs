@@ -8,7 +8,7 @@ mod line;
 use super::codec::Codec;
 use super::commands::Command;
 use super::decoder::MAX_LINE_BYTES;
-use crate::error::{Code, Fault};
+use fbptr_core::error::{Code, Fault};
 use std::error::Error;
 use std::fmt;
 

@@ -1,11 +1,11 @@
 //! Pixels, bytes and figures of two dimensions: one method for each verb.
 
 use super::Framebuffer;
-use crate::command::{DrawFigure, Figure, each_figure};
+use crate::{DrawFigure, Figure, each_figure};
 use crate::{unless_written, verbs};
-use crate::draw2d::{self, Arc, AreaColors, Blend, DrawError, FigureTarget, RampColor, RealRect, Rect};
-use crate::load::{self, LoadError};
-use crate::memory::{FbPtr, MemoryError, Rgba};
+use fbptr_core::draw2d::{self, Arc, AreaColors, Blend, DrawError, FigureTarget, RampColor, RealRect, Rect};
+use fbptr_core::memory::{FbPtr, MemoryError, Rgba};
+use fbptr_formats::load::{self, LoadError};
 
 /// Pixels and bytes. Blocks of bytes are stored unchanged, whatever the blend mode.
 impl Framebuffer {
@@ -268,7 +268,7 @@ impl Framebuffer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::command::{
+    use crate::{
         Verb,
         example::{Figure, example_verbs},
     };

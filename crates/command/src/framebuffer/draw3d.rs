@@ -1,9 +1,9 @@
 //! Meshes and scenes.
 
 use super::Framebuffer;
-use crate::memory::{DepthFormat, MemoryError, PickBuffer};
-use crate::pipeline::{DrawCall, DrawStats, EmptyDraw, PipelineError, SceneOptions, Target, is_dark};
-use crate::scene::{
+use fbptr_core::memory::{DepthFormat, MemoryError, PickBuffer};
+use fbptr_core::pipeline::{DrawCall, DrawStats, EmptyDraw, PipelineError, SceneOptions, Target, is_dark};
+use fbptr_core::scene::{
     Camera, Cull, Geometry, HiddenSurface, Interpolation, Light, Material, Mesh, Sampling, Scene, ShadeMode,
     Texture, frame_mesh, viewers_light,
 };

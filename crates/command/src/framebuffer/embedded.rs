@@ -4,12 +4,12 @@
 //! dropped.
 
 use super::Framebuffer;
-use crate::draw2d::{self, Blend};
 use embedded_graphics_core::Pixel;
 use embedded_graphics_core::draw_target::DrawTarget;
 use embedded_graphics_core::geometry::{OriginDimensions, Size};
 use embedded_graphics_core::pixelcolor::{Rgb888, RgbColor};
 use embedded_graphics_core::primitives::Rectangle;
+use fbptr_core::draw2d::{self, Blend};
 use std::convert::Infallible;
 
 fn rgba(color: Rgb888) -> [u8; 4] {

@@ -1,13 +1,13 @@
 //! Files: meshes in, pictures out, and the comparison with golden pictures.
 
 use super::Framebuffer;
-use crate::load::gltf::GltfDocument;
-use crate::load::{
+use fbptr_core::scene::Geometry;
+use fbptr_formats::load::gltf::GltfDocument;
+use fbptr_formats::load::{
     self, FilePosition, LoadError, LoadErrorKind, LoadMemory, MeshFormat, SandboxDir, Smoothing, path_inside,
 };
-use crate::save::golden::{self, Tolerance};
-use crate::save::{self, SaveError};
-use crate::scene::Geometry;
+use fbptr_formats::save::golden::{self, Tolerance};
+use fbptr_formats::save::{self, SaveError};
 use std::io;
 use std::path::Path;
 use std::sync::Arc;

@@ -18,10 +18,10 @@ mod files;
 
 pub use draw3d::{DrawReport, DrawState, Drawable, InvisibleDraw};
 
-use crate::draw2d::Blend;
-use crate::memory::{DepthMemory, MemoryError, PickBuffer, Rgba, VideoMemory};
-use crate::pipeline::{Renderer, Target};
-use crate::save;
+use fbptr_core::draw2d::Blend;
+use fbptr_core::memory::{DepthMemory, MemoryError, PickBuffer, Rgba, VideoMemory};
+use fbptr_core::pipeline::{Renderer, Target};
+use fbptr_formats::save;
 
 /// A frame of pixels with everything that drawing on it needs.
 ///
@@ -51,7 +51,7 @@ impl Framebuffer {
     /// Allocates a frame of `width` x `height` pixels, opaque black.
     ///
     /// # Errors
-    /// If a side is not in 1..=[`MAX_SIDE`](crate::memory::MAX_SIDE), or the system has no memory
+    /// If a side is not in 1..=[`MAX_SIDE`](fbptr_core::memory::MAX_SIDE), or the system has no memory
     /// for the frame.
     pub fn new(width: u32, height: u32) -> Result<Self, MemoryError> {
         VideoMemory::new(width, height).map(Self::from)

@@ -6,7 +6,7 @@
 //! then pairs of pairs by 100 and 1.
 
 use super::WINDOW;
-use crate::simd::bytes::{Avx2Bytes, ByteKernel};
+use fbptr_core::simd::bytes::{Avx2Bytes, ByteKernel};
 
 /// Reads lines from the start of the bytes on, at most `most`, up to the last window; returns the
 /// bytes and lines read.

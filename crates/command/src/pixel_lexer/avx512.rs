@@ -9,7 +9,7 @@
 //! alpha). 64 digits are checked and weighted together.
 
 use super::Record;
-use crate::simd::bytes::{Avx512Bytes, ByteKernel};
+use fbptr_core::simd::bytes::{Avx512Bytes, ByteKernel};
 use std::arch::x86_64::{__m256i, __m512i};
 
 /// Largest number of blocks whose separators are listed at once, and the initial one, so that a

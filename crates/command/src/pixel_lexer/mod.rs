@@ -20,7 +20,7 @@ mod portable;
 mod tests;
 
 #[cfg(all(target_arch = "x86_64", feature = "avx"))]
-use crate::simd::bytes::{Avx2Bytes, Avx512Bytes};
+use fbptr_core::simd::bytes::{Avx2Bytes, Avx512Bytes};
 
 /// Decoded pixel: x and y as u16 little-endian, r, g, b, a.
 pub type Record = [u8; 8];

@@ -110,12 +110,7 @@ impl FigureTarget<'_> {
     ///
     /// # Errors
     /// If the verb refuses its arguments.
-    pub fn ellipse(
-        &mut self,
-        center: [f64; 2],
-        radii: [f64; 2],
-        color: Rgba,
-    ) -> Result<(), DrawError> {
+    pub fn ellipse(&mut self, center: [f64; 2], radii: [f64; 2], color: Rgba) -> Result<(), DrawError> {
         super::ellipse(self.memory, center, radii, color, self.blend)
     }
 
@@ -123,12 +118,7 @@ impl FigureTarget<'_> {
     ///
     /// # Errors
     /// If the verb refuses its arguments.
-    pub fn fill_ellipse(
-        &mut self,
-        center: [f64; 2],
-        radii: [f64; 2],
-        color: Rgba,
-    ) -> Result<(), DrawError> {
+    pub fn fill_ellipse(&mut self, center: [f64; 2], radii: [f64; 2], color: Rgba) -> Result<(), DrawError> {
         super::fill_ellipse(self.memory, center, radii, color, self.blend)
     }
 

@@ -1,6 +1,8 @@
 //! Detection of the CPU's vector width, and dispatch of kernels.
 
 use super::Simd;
+#[cfg(all(target_arch = "x86_64", any(test, feature = "avx")))]
+use super::{avx2::RunAvx2, avx512::RunAvx512};
 use std::sync::OnceLock;
 
 /// Code over any [`Simd`]. Mark `run` `#[inline(always)]`, so that it is compiled for each level.
@@ -87,11 +89,11 @@ impl Level {
             let level = self.min(Level::best());
             if level == Level::Avx512 {
                 // SAFETY: `best` found the CPU to have every feature that the function names.
-                return unsafe { super::avx512::run(kernel) };
+                return unsafe { kernel.run_avx512() };
             }
             if level == Level::Avx2 {
                 // SAFETY: `best` found the CPU to have every feature that the function names.
-                return unsafe { super::avx2::run(kernel) };
+                return unsafe { kernel.run_avx2() };
             }
         }
         #[cfg(all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"))]
@@ -108,7 +110,7 @@ impl Level {
         #[cfg(all(target_arch = "x86_64", any(test, feature = "avx")))]
         if self.min(Level::best()) == Level::Avx2 && super::avx2::pairs_are_faster() {
             // SAFETY: `best` found the CPU to have every feature that the function names.
-            return unsafe { super::avx2::run_paired(kernel) };
+            return unsafe { kernel.run_paired() };
         }
         self.dispatch(kernel)
     }

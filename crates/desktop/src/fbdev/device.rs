@@ -6,7 +6,7 @@ use super::elf::Unserved;
 use super::layout as at;
 use super::mode::{self, DeviceLimits, Var};
 use super::sysfs;
-pub use crate::memory::DeviceMemory;
+pub use fbptr_core::memory::DeviceMemory;
 use rustix::fs::{MemfdFlags, fstat, memfd_create};
 use rustix::thread::futex;
 use std::fs::File;

@@ -14,8 +14,8 @@
 use super::device::Device;
 use super::layout as at;
 use super::mode::{Format, REVERSED_PIXELS, Var, format_of};
-use crate::memory::{Rgba, VideoMemory};
-use crate::simd::{Level, Pixels, unpack};
+use fbptr_core::memory::{Rgba, VideoMemory};
+use fbptr_core::simd::{Level, Pixels, unpack};
 use std::ops::Range;
 
 /// Lowest bit and length of the channels in video memory.

@@ -1,6 +1,6 @@
 //! Depth as a grey picture: near is bright, far is dark, and nothing drawn is black.
 
-use crate::memory::{DepthMemory, Rgba, VideoMemory};
+use fbptr_core::memory::{DepthMemory, Rgba, VideoMemory};
 
 /// Returns the grey of a value between the least and the largest: 255 for the least, 48 for the
 /// largest.

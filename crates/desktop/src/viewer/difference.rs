@@ -4,7 +4,7 @@
 //! The exact picture takes long, so it is computed on a separate thread, one at a time; a result
 //! that is out of date when it arrives is discarded.
 
-use crate::memory::VideoMemory;
+use fbptr_core::memory::VideoMemory;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 /// Difference between two pictures.

@@ -1,7 +1,7 @@
 //! Memory of the viewer's pictures: video memory, depth and face ids.
 
-use crate::memory::{DepthFormat, DepthMemory, MemoryError, PickBuffer, VideoMemory};
-use crate::pipeline::Target;
+use fbptr_core::memory::{DepthFormat, DepthMemory, MemoryError, PickBuffer, VideoMemory};
+use fbptr_core::pipeline::Target;
 
 /// Video memory, with depth and face ids where they are needed.
 pub(super) struct ViewerFrame {

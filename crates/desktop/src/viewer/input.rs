@@ -3,8 +3,8 @@
 use super::keys::{self, Action, Key, Look};
 use super::split::SplitScreen;
 use super::{Request, Show, Split, Subject, Viewer};
-use crate::command::{self, Command};
-use crate::scene::{Camera, Cull, HiddenSurface, Navigator, Projection, contain};
+use fbptr_command::{self as command, Command};
+use fbptr_core::scene::{Camera, Cull, HiddenSurface, Navigator, Projection, contain};
 use glam::DVec3;
 
 /// Angle of one key step.

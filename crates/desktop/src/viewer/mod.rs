@@ -33,17 +33,17 @@ pub use replay::MakeEngine;
 pub use split::Split;
 pub use tour::{FRAMES_PER_SECOND, MOVIE_FRAMES_PER_SECOND, MakeSizedEngine, SIZE as TOUR_SIZE};
 
-use crate::executor::Executor;
-use crate::eye::EyeScene;
-use crate::load::gltf::GltfDocument;
-use crate::load::x3d::X3dDocument;
-use crate::memory::VideoMemory;
-use crate::pipeline::Renderer;
-use crate::scene::{
+use difference::Exact;
+use fbptr_core::executor::Executor;
+use fbptr_core::eye::EyeScene;
+use fbptr_core::memory::VideoMemory;
+use fbptr_core::pipeline::Renderer;
+use fbptr_core::scene::{
     Cull, Geometry, HiddenSurface, Navigator, QualityUse, ShadeMode, TextureUse, ViewOverrides,
 };
-use crate::server::Notice;
-use difference::Exact;
+use fbptr_formats::load::gltf::GltfDocument;
+use fbptr_formats::load::x3d::X3dDocument;
+use fbptr_server::Notice;
 use frame::ViewerFrame;
 use nd::Nd;
 use replay::Replay;

@@ -1,7 +1,7 @@
 //! The overlay: text in two corners, and the inspector's enlarged pixels. Plain data; the window
 //! draws it.
 
-use crate::memory::Rgba;
+use fbptr_core::memory::Rgba;
 
 /// Contents drawn over the picture.
 #[derive(Clone, Debug, Default, PartialEq)]

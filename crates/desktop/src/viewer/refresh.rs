@@ -4,7 +4,7 @@
 use super::scene3d::{Pass, Tools};
 use super::split::SplitScreen;
 use super::{Show, Subject, Viewer, depth_picture};
-use crate::memory::VideoMemory;
+use fbptr_core::memory::VideoMemory;
 use std::time::{Duration, Instant};
 
 impl Viewer {

@@ -8,11 +8,11 @@
 use super::Wishes;
 use super::difference::{Difference, Work};
 use super::frame::ViewerFrame;
-use crate::command::Command;
-use crate::memory::VideoMemory;
-use crate::pipeline::{RenderOptions, RenderPath, Renderer};
-use crate::scene::{Camera, QualityUse, ViewOverrides};
-use crate::server::{Audience, Budget, Engine, Notice, Output, Pace, Playback, Session, StreamState};
+use fbptr_command::Command;
+use fbptr_core::memory::VideoMemory;
+use fbptr_core::pipeline::{RenderOptions, RenderPath, Renderer};
+use fbptr_core::scene::{Camera, QualityUse, ViewOverrides};
+use fbptr_server::{Audience, Budget, Engine, Notice, Output, Pace, Playback, Session, StreamState};
 use std::sync::Arc;
 
 /// Factory of the engine that a stream is played on.

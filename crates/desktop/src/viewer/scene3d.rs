@@ -5,16 +5,16 @@ use super::difference::{Difference, Work};
 use super::frame::ViewerFrame;
 use super::keys::Look;
 use super::studio::{self, Backdrop, Ground};
-use crate::executor::Executor;
-use crate::load::gltf::GltfDocument;
-use crate::load::x3d::X3dDocument;
-use crate::memory::DepthFormat;
-use crate::pipeline::{DepthUse, DrawStats, Part, Renderer, SceneOptions};
-use crate::scene::{
+use fbptr_core::executor::Executor;
+use fbptr_core::memory::DepthFormat;
+use fbptr_core::pipeline::{DepthUse, DrawStats, Part, Renderer, SceneOptions};
+use fbptr_core::scene::{
     self, Camera, Geometry, Sampling, Scene, ShadeMode, Texture, TextureUse, TransparencyOrder,
     ViewOverrides, viewers_light,
 };
-use crate::truth::{self, Transparency};
+use fbptr_formats::load::gltf::GltfDocument;
+use fbptr_formats::load::x3d::X3dDocument;
+use fbptr_truth::{self as truth, Transparency};
 use glam::DVec3;
 use std::sync::Arc;
 

@@ -9,7 +9,7 @@ use super::frame::ViewerFrame;
 use super::scene3d::{Pass, Tools};
 use super::studio::SUBFRAMES;
 use super::{Show, Subject, Viewer};
-use crate::memory::VideoMemory;
+use fbptr_core::memory::VideoMemory;
 
 /// The mean of the sub-frames drawn so far.
 #[derive(Default)]

@@ -11,11 +11,11 @@ use super::frame::ViewerFrame;
 use super::keys::Look;
 use super::scene3d::{Pass, Space, Tools};
 use super::studio::Backdrop;
-use crate::draw2d::font::CELL;
-use crate::draw2d::look::{LESSER, MARGIN, TEXT, letters};
-use crate::executor::Executor;
-use crate::memory::{DepthFormat, Rgba, VideoMemory};
-use crate::pipeline::{RenderOptions, RenderPath, Renderer};
+use fbptr_core::draw2d::font::CELL;
+use fbptr_core::draw2d::look::{LESSER, MARGIN, TEXT, letters};
+use fbptr_core::executor::Executor;
+use fbptr_core::memory::{DepthFormat, Rgba, VideoMemory};
+use fbptr_core::pipeline::{RenderOptions, RenderPath, Renderer};
 
 /// Two modes that are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -3,8 +3,8 @@
 use super::keys::{Action, Look, help_lines_of};
 use super::split::SplitScreen;
 use super::{Overlay, Show, Subject, Viewer, Zoom};
-use crate::memory::FbPtr;
-use crate::scene::ProjectionChoice;
+use fbptr_core::memory::FbPtr;
+use fbptr_core::scene::ProjectionChoice;
 
 /// Pixels on each side of the inspector.
 const ZOOM_SIDE: usize = 11;

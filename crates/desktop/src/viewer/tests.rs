@@ -1,11 +1,11 @@
 use super::*;
-use crate::executor::Executor;
-use crate::eye::shapes::{DemoScene, cube};
-use crate::load;
-use crate::memory::Rgba;
-use crate::pipeline;
-use crate::scene::{Scene, shapes};
-use crate::server::Engine;
+use fbptr_core::executor::Executor;
+use fbptr_core::eye::shapes::{DemoScene, cube};
+use fbptr_core::memory::Rgba;
+use fbptr_core::pipeline;
+use fbptr_core::scene::{Scene, shapes};
+use fbptr_formats::load;
+use fbptr_server::Engine;
 use glam::DVec3;
 
 const SIZE: [u32; 2] = [96, 72];

@@ -3,8 +3,8 @@
 
 use super::overlay::{Canvas, Corner, box_size, draw_box};
 use super::scanout::word;
-use crate::draw2d::font::CELL;
 use crate::viewer::{Overlay, Zoom};
+use fbptr_core::draw2d::font::CELL;
 
 /// Margin around the boxes, in pixels.
 const EDGE: usize = 4;
@@ -278,7 +278,7 @@ mod tests {
         let (width, height) = (200, 100);
         let overlay = Overlay { bottom: vec!["a status line".into()], ..Overlay::default() };
         let lit = |words: &[u32], rows: std::ops::Range<usize>| {
-            words[rows.start * width..rows.end * width].contains(&word(crate::draw2d::look::TEXT))
+            words[rows.start * width..rows.end * width].contains(&word(fbptr_core::draw2d::look::TEXT))
         };
         let (mut blank, mut corner) = (vec![0; width * height], Corner::BottomLeft);
         draw(&mut Canvas { words: &mut blank, width, height }, &overlay, &[], &mut corner);

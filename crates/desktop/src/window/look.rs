@@ -4,7 +4,7 @@
 
 use super::layout::{Layout, Scaling};
 use super::scanout;
-use crate::draw2d::crt::{Crt, square_size};
+use fbptr_core::draw2d::crt::{Crt, square_size};
 use std::ops::Range;
 
 /// Window pixels for each pixel of a frame from which on a tube's lines and mask are complete.

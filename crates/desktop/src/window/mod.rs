@@ -1,7 +1,7 @@
 //! Windows: display of frames on the screen, and their keys. The only module that uses minifb and
 //! its 0RGB words.
 //!
-//! In: the newest frame of a [`Display`](crate::server::Display), a file to view, or a program that
+//! In: the newest frame of a [`Display`](fbptr_server::Display), a file to view, or a program that
 //! draws by itself ([`program`]), on the main thread (some systems allow windows nowhere else).
 //! Out: user input.
 //!
@@ -43,8 +43,8 @@ pub use scanout::{convert, word};
 pub use status::ServerStatus;
 pub use viewer::{ViewerOptions, run_viewer};
 
-use crate::memory::MemoryError;
-use crate::save::SaveError;
+use fbptr_core::memory::MemoryError;
+use fbptr_formats::save::SaveError;
 use minifb::{InputCallback, Key, ScaleMode, WindowOptions};
 use std::cell::RefCell;
 use std::collections::VecDeque;

@@ -2,8 +2,8 @@
 //! into video memory.
 
 use super::scanout::word;
-use crate::draw2d::font::{CELL, glyph};
-use crate::draw2d::look::{GOLD, TEXT};
+use fbptr_core::draw2d::font::{CELL, glyph};
+use fbptr_core::draw2d::look::{GOLD, TEXT};
 
 /// A picture of 0x00RRGGBB words, `width` x `height`.
 pub struct Canvas<'a> {

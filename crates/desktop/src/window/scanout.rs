@@ -6,10 +6,10 @@
 
 use super::layout::Layout;
 use super::smooth;
-use crate::simd::{Level, scan_out};
+use fbptr_core::simd::{Level, scan_out};
 use std::ops::Range;
 
-pub use crate::simd::word;
+pub use fbptr_core::simd::word;
 
 /// Converts frame rows `rows` of `rgba` into `words` (the entire window, row after row) according
 /// to `layout`.

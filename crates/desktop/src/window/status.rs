@@ -2,7 +2,7 @@
 //!
 //! In: readings of the server's [`MetricsBoard`], once a second. Out: lines of text.
 
-use crate::server::{MetricsBoard, Stats};
+use fbptr_server::{MetricsBoard, Stats};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -91,7 +91,7 @@ fn short(number: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::server::Metrics;
+    use fbptr_server::Metrics;
 
     #[test]
     fn the_line_to_copy_reaches_the_server_from_this_machine() {

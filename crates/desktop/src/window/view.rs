@@ -9,10 +9,10 @@ use super::layout::{Layout, Scaling};
 use super::look::ScreenLook;
 use super::overlay::{self, Canvas, Corner};
 use super::status::ServerStatus;
-use crate::draw2d::crt::Crt;
-use crate::input::InputEvent;
-use crate::memory::VideoMemory;
-use crate::server::{Display, ShownFrame};
+use fbptr_core::draw2d::crt::Crt;
+use fbptr_core::input::InputEvent;
+use fbptr_core::memory::VideoMemory;
+use fbptr_server::{Display, ShownFrame};
 use minifb::Key;
 use std::collections::HashSet;
 use std::path::PathBuf;
@@ -192,7 +192,7 @@ impl View {
                 if self.saves_crt {
                     memory = Crt::picture(&memory).map_err(|e| e.to_string())?;
                 }
-                crate::save::to_path(&memory, &path).map_err(|e| e.to_string())
+                fbptr_formats::save::to_path(&memory, &path).map_err(|e| e.to_string())
             });
         let text = match saved {
             Ok(_) => format!("saved {}", path.display()),
@@ -369,7 +369,7 @@ mod tests {
         let mut memory = VideoMemory::new(480, 320).unwrap();
         let (display, mut view) = view_of(&memory);
         let plain = view.redraw([480, 320]).expect("first").to_vec();
-        let board = crate::server::MetricsBoard::new();
+        let board = fbptr_server::MetricsBoard::new();
         view.set_server(Some(ServerStatus::new(vec!["tcp 127.0.0.1:1337".into()], board)), false);
         assert_ne!(view.redraw([480, 320]).expect("the welcome"), plain);
         assert_eq!(view.frame.bytes, memory.bytes(), "nothing of it is in the frame");
@@ -406,7 +406,7 @@ mod tests {
         view.snapshot();
         let saved = |number: u32| {
             let path = folder.join(format!("fbptr-{number:04}.png"));
-            crate::save::golden::read_png(&path).unwrap()
+            fbptr_formats::save::golden::read_png(&path).unwrap()
         };
         assert_eq!(saved(1).bytes(), memory.bytes(), "no look of a tube in a file");
         view.set_look(ScreenLook::new(true), true);

@@ -11,8 +11,8 @@ use super::layout::Scaling;
 use super::look::ScreenLook;
 use super::overlay::{Canvas, Corner};
 use super::{Collector, KeyReport, Layout, MAX_WINDOW_SIDE, USUAL_SCREEN, WindowError, open};
-use crate::save::{self, Movie};
 use crate::viewer::{Key, Model, Overlay, Request, Viewer};
+use fbptr_formats::save::{self, Movie};
 use minifb::{MouseButton, MouseMode};
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -65,7 +65,7 @@ impl Recording {
     }
 
     /// Adds the frames that are due.
-    fn tick(&mut self, memory: &crate::memory::VideoMemory) -> Result<(), save::SaveError> {
+    fn tick(&mut self, memory: &fbptr_core::memory::VideoMemory) -> Result<(), save::SaveError> {
         let due = (self.begun.elapsed().as_secs_f64() * self.rate) as u64 + 1;
         while self.movie.frames() < due {
             self.movie.push(memory)?;

@@ -5,8 +5,8 @@
 //! returns.
 
 use super::{Effect, Progress};
-use crate::error::Fault;
-use crate::server::Session;
+use crate::Session;
+use fbptr_core::error::Fault;
 use std::ops::{Deref, DerefMut};
 
 /// A command's session, as which it can be used, and the buffer of its replies.

@@ -7,9 +7,9 @@
 //! an error by a mesh that is cut, or that is still when its matrix turns. `LOOKAT`, a projection,
 //! `WINDOW`, `AMBIENT`, `LIGHT` and `SCENE` end it for the connection: such streams are untouched.
 
-use crate::scene::{Camera, Light, LightKind, LookAt, Mesh, Projection};
-use crate::server::Session;
-use crate::server::session::DefaultView;
+use crate::Session;
+use crate::session::DefaultView;
+use fbptr_core::scene::{Camera, Light, LightKind, LookAt, Mesh, Projection};
 use glam::DVec3;
 
 /// Direction to the eye, from the right and above, and the angle of view in radians: 40 degrees.
@@ -64,7 +64,7 @@ fn frame(mesh: &Mesh) -> Option<Camera> {
 
 #[cfg(test)]
 mod tests {
-    use crate::server::{Audience, Budget, Engine, Output, Stream};
+    use crate::{Audience, Budget, Engine, Output, Stream};
 
     /// Returns the picture of commands, and the `STATS` of their connection.
     fn drawn(commands: &str) -> (Vec<[u8; 4]>, String) {

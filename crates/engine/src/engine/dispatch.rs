@@ -11,11 +11,11 @@
 
 use super::job::JobResult;
 use super::{Call, Effect, Engine, Event, Outcome, Pieces, Progress, Request};
-use crate::cancel::CancelToken;
-use crate::command::Command;
-use crate::error::{Code, Fault};
-use crate::server::read_files::ReadFile;
-use crate::server::{Budget, Session};
+use crate::read_files::ReadFile;
+use crate::{Budget, Session};
+use fbptr_command::Command;
+use fbptr_core::cancel::CancelToken;
+use fbptr_core::error::{Code, Fault};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 impl Engine {

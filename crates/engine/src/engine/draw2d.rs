@@ -3,13 +3,13 @@
 //! In: pixels and rectangles of one session. Out: changed video memory, replies, counters.
 
 use super::{Call, Engine, EngineFrame};
-use crate::command::{BINARY_PIXEL_BYTES, DrawFigure, Rect};
-use crate::draw2d::{self, Blend, DrawError, FigureTarget, Line};
-use crate::error::{Code, Fault};
-use crate::executor::Executor;
-use crate::memory::{FbPtr, MemoryError, Rgba};
-use crate::server::Session;
-use crate::server::session::DefaultView;
+use crate::Session;
+use crate::session::DefaultView;
+use fbptr_command::{BINARY_PIXEL_BYTES, DrawFigure, Rect};
+use fbptr_core::draw2d::{self, Blend, DrawError, FigureTarget, Line};
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::executor::Executor;
+use fbptr_core::memory::{FbPtr, MemoryError, Rgba};
 
 impl EngineFrame {
     /// Adds OFFSET to the position of a text PX. A sum beyond i32 saturates and stays off the

@@ -7,19 +7,19 @@ use super::drawing::{Drawing, MeshDraw, SceneDraw};
 use super::empty_draw;
 use super::scene_request::SceneRequest;
 use super::{Effect, Engine, Job, JobResult, Progress, Rendering, default_view};
-use crate::command::{Command, LightCommand, Rect};
-use crate::error::{Code, Fault};
-use crate::math::matrix;
-use crate::memory::{MemoryUse, Reservation};
-use crate::pipeline::{DrawStats, EmptyDraw, PipelineError, SceneOptions, is_dark};
-use crate::scene::{
-    Camera, Light, LightKind, LookAt, Projection, Sampling, Scene, TextureUse,
-    TransparencyOrder, Viewport, ViewportRule,
+use crate::Session;
+use crate::clock::Instant;
+use crate::resources::ResourceKind;
+use crate::session::DefaultView;
+use fbptr_command::{Command, LightCommand, Rect};
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::math::matrix;
+use fbptr_core::memory::{MemoryUse, Reservation};
+use fbptr_core::pipeline::{DrawStats, EmptyDraw, PipelineError, SceneOptions, is_dark};
+use fbptr_core::scene::{
+    Camera, Light, LightKind, LookAt, Projection, Sampling, Scene, TextureUse, TransparencyOrder, Viewport,
+    ViewportRule,
 };
-use crate::server::Session;
-use crate::server::clock::Instant;
-use crate::server::resources::ResourceKind;
-use crate::server::session::DefaultView;
 use glam::{DMat4, DVec3};
 use std::sync::Arc;
 

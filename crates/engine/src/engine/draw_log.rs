@@ -7,9 +7,9 @@
 use super::Engine;
 use super::drawing::Drawing;
 use super::trace::Tracing;
-use crate::pipeline::Plan;
-use crate::pipeline::trace::Probe;
-use crate::server::Session;
+use crate::Session;
+use fbptr_core::pipeline::Plan;
+use fbptr_core::pipeline::trace::Probe;
 use std::collections::VecDeque;
 use std::fmt::{self, Write};
 
@@ -89,8 +89,8 @@ impl Engine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::command::Command;
-    use crate::server::Audience;
+    use crate::Audience;
+    use fbptr_command::Command;
 
     fn run(engine: &mut Engine, session: &mut Session, lines: &str) {
         for line in lines.lines() {

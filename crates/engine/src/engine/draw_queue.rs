@@ -3,7 +3,7 @@
 //! In: `DRAW`s of small meshes, each resolved at its turn with the settings of its session. Out: the
 //! same pictures, counts and remarks as if each were drawn at its turn. One small draw has too
 //! little work for two threads; several that follow each other, with nothing but settings between
-//! them, are drawn together ([`Renderer::draw_all`](crate::pipeline::Renderer::draw_all)).
+//! them, are drawn together ([`Renderer::draw_all`](fbptr_core::pipeline::Renderer::draw_all)).
 //!
 //! The stream owns the queue. It draws it before it runs anything but settings and small draws,
 //! before it reports anything of a later command, and at the end of its slice: nobody sees a frame
@@ -12,11 +12,11 @@
 
 use super::drawing::{Drawing, LONG_NS};
 use super::{Effect, Engine, Progress, Request};
-use crate::command::Command;
-use crate::error::Fault;
-use crate::pipeline::{DrawCall, DrawStats};
-use crate::scene::Geometry;
-use crate::server::Session;
+use crate::Session;
+use fbptr_command::Command;
+use fbptr_core::error::Fault;
+use fbptr_core::pipeline::{DrawCall, DrawStats};
+use fbptr_core::scene::Geometry;
 use std::sync::Arc;
 
 /// Maximum number of faces of a mesh whose draw is queued.

@@ -16,8 +16,8 @@
 //! bounded by `MeshExtent`. The times decide only which thread draws: the bytes are the same.
 
 use super::drawing::{Drawing, LONG_NS, bound_ns, items_ns};
-use crate::pipeline::{Renderer, Target};
-use crate::scene::{Cull, Filter, Geometry, HiddenSurface, ShadeMode};
+use fbptr_core::pipeline::{Renderer, Target};
+use fbptr_core::scene::{Cull, Filter, Geometry, HiddenSurface, ShadeMode};
 use std::sync::{Arc, Weak};
 use std::time::Duration;
 
@@ -131,9 +131,9 @@ fn key_of(drawing: &Drawing) -> Option<(&Arc<Geometry>, Modes)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::command::Command;
-    use crate::server::engine::{Engine, Progress, Request};
-    use crate::server::{Audience, Budget, Session};
+    use crate::engine::{Engine, Progress, Request};
+    use crate::{Audience, Budget, Session};
+    use fbptr_command::Command;
 
     /// Runs a command as a stream does, and returns whether it went to the drawing thread.
     fn goes_to_its_thread(engine: &mut Engine, session: &mut Session, line: &str) -> bool {

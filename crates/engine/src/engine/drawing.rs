@@ -6,12 +6,12 @@
 //! draws are told from short ones. The bound must not miss a draw that takes long: one would know
 //! by `benches/waits.py`, where another client then waits.
 
-use crate::command::Command;
-use crate::memory::Reservation;
-use crate::pipeline::{
+use fbptr_command::Command;
+use fbptr_core::memory::Reservation;
+use fbptr_core::pipeline::{
     ClipTransform, CoverageBound, DrawCall, DrawStats, NdcBox, PipelineError, Renderer, SceneOptions, Target,
 };
-use crate::scene::{
+use fbptr_core::scene::{
     Camera, Cull, FillStyle, Filter, Geometry, HiddenSurface, Interpolation, Light, Material, Sampling,
     Scene, ShadeMode, Texture, Viewport,
 };

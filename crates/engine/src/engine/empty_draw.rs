@@ -3,8 +3,8 @@
 //! In: the reason that the pipeline finds ([`EmptyDraw`]). Out: a remark, once for each reason and
 //! connection. Runs on the render thread, after the draw.
 
-use crate::pipeline::EmptyDraw;
-use crate::server::Session;
+use crate::Session;
+use fbptr_core::pipeline::EmptyDraw;
 
 /// Returns the explanation of a reason, one line.
 fn text(reason: EmptyDraw) -> &'static str {

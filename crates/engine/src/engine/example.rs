@@ -3,10 +3,10 @@
 
 use super::dispatch::verbs::run_commands;
 use super::*;
-use crate::command::DrawFigure;
-use crate::draw2d::{DrawError, FigureTarget};
-use crate::error::Fault;
-use crate::server::Audience;
+use crate::Audience;
+use fbptr_command::DrawFigure;
+use fbptr_core::draw2d::{DrawError, FigureTarget};
+use fbptr_core::error::Fault;
 
 /// The figure of the example's row: centre, reach and colour.
 pub(crate) struct Cross([i32; 2], i32, Rgba);

@@ -6,8 +6,8 @@
 
 use super::Engine;
 use super::drawing::Drawing;
-use crate::pipeline::Plan;
-use crate::server::Session;
+use crate::Session;
+use fbptr_core::pipeline::Plan;
 
 /// The last explanation; empty before the first draw.
 #[derive(Debug, Default)]

@@ -5,12 +5,12 @@
 //! all files together. The files are kept for the observers, if any of them wants contents.
 
 use super::Engine;
-use crate::error::{Code, Fault};
-use crate::load::{SandboxDir, SandboxError};
-use crate::memory::{MemoryUse, Reservation};
-use crate::server::Session;
-use crate::server::read_files::{FileHasher, FileSet, ReadFile};
-use crate::server::session::FileAccess;
+use crate::Session;
+use crate::read_files::{FileHasher, FileSet, ReadFile};
+use crate::session::FileAccess;
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::memory::{MemoryUse, Reservation};
+use fbptr_formats::load::{SandboxDir, SandboxError};
 use std::sync::Arc;
 
 /// Source of files.

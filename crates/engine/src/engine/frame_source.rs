@@ -1,7 +1,7 @@
 //! Another source of the frame than commands: a device whose memory programs write to.
 
 use super::Engine;
-use crate::memory::VideoMemory;
+use fbptr_core::memory::VideoMemory;
 
 impl Engine {
     /// Lets `write` change the frame between two commands, and shows what it marked as changed.

@@ -2,11 +2,11 @@
 
 use super::dispatch::{defect, guard};
 use super::{Engine, FileReader, Progress};
-use crate::cancel::CancelToken;
-use crate::command::Command;
-use crate::error::Fault;
-use crate::server::read_files::ReadFile;
-use crate::server::session::Session;
+use crate::read_files::ReadFile;
+use crate::session::Session;
+use fbptr_command::Command;
+use fbptr_core::cancel::CancelToken;
+use fbptr_core::error::Fault;
 use std::fmt;
 
 /// The part of a job's command that is left to do on the render thread.
@@ -51,10 +51,7 @@ impl JobResult {
 }
 
 impl Job {
-    pub(crate) fn new(
-        is_small: bool,
-        work: impl FnOnce(&CancelToken) -> JobResult + Send + 'static,
-    ) -> Self {
+    pub(crate) fn new(is_small: bool, work: impl FnOnce(&CancelToken) -> JobResult + Send + 'static) -> Self {
         Job { is_small, work: Box::new(work) }
     }
 

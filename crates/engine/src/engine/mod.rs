@@ -1,6 +1,6 @@
 //! The engine: runs commands on the video memory, one by one, on the thread that calls it.
 //!
-//! In: a [`Command`](crate::command::Command) and the [`Session`] of the connection that it came
+//! In: a [`Command`](fbptr_command::Command) and the [`Session`] of the connection that it came
 //! from. Out: changed memory, reply bytes, or a [`Fault`] that says why nothing changed. It owns
 //! everything that connections share: video memory, depth buffer, the pick buffer, resources whose
 //! names begin with `@`, the frame count, the totals. Displays, recordings and the like are its
@@ -56,15 +56,15 @@ use super::engine_frame::EngineFrame;
 use super::read_files::FileHasher;
 use super::resources::ResourceTable;
 use super::{Limits, Session, Stats};
-use crate::cancel::CancelToken;
-use crate::draw2d::Blend;
-use crate::error::{Code, Fault};
-use crate::eye::Rotation;
-use crate::load::{QuotaDir, SandboxDir};
-use crate::memory::{DepthMemory, MemoryBudget, MemoryUse, OverBudget, Rgba, VideoMemory};
-use crate::pipeline::Renderer;
-use crate::pipeline::quality::MeshShapes;
-use crate::scene::ViewOverrides;
+use fbptr_core::cancel::CancelToken;
+use fbptr_core::draw2d::Blend;
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::eye::Rotation;
+use fbptr_core::memory::{DepthMemory, MemoryBudget, MemoryUse, OverBudget, Rgba, VideoMemory};
+use fbptr_core::pipeline::Renderer;
+use fbptr_core::pipeline::quality::MeshShapes;
+use fbptr_core::scene::ViewOverrides;
+use fbptr_formats::load::{QuotaDir, SandboxDir};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -103,7 +103,7 @@ pub enum Effect {
 pub(crate) enum Progress {
     /// It has taken effect.
     Done(Effect),
-    /// Its job must be run next: see [`crate::server::jobs`].
+    /// Its job must be run next: see [`crate::jobs`].
     Job(Job),
     /// A piece of it has run, and pieces are left.
     Pieces(Box<Pieces>),

@@ -5,9 +5,9 @@
 
 use super::Engine;
 use super::drawing::Drawing;
-use crate::error::Fault;
-use crate::server::Session;
-use crate::server::clock::Instant;
+use crate::Session;
+use crate::clock::Instant;
+use fbptr_core::error::Fault;
 use std::convert::Infallible;
 
 /// The drawing thread, of which there is none.

@@ -8,10 +8,10 @@
 
 use super::request::Request;
 use super::status::OutputStatus;
-use crate::draw2d::Blend;
-use crate::memory::{DepthMemory, MemoryBudget, VideoMemory};
-use crate::server::clock::Instant;
-use crate::server::read_files::ReadFile;
+use crate::clock::Instant;
+use crate::read_files::ReadFile;
+use fbptr_core::draw2d::Blend;
+use fbptr_core::memory::{DepthMemory, MemoryBudget, VideoMemory};
 use std::any::Any;
 use std::fmt::Debug;
 use std::ops::Range;

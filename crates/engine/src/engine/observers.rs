@@ -6,10 +6,10 @@
 
 use super::observer::{Event, FrameView, Observer, Occasion, PixelRuns};
 use super::{Counters, Engine, EngineFrame, Request};
-use crate::command::Command;
-use crate::server::Session;
-use crate::server::clock::Instant;
-use crate::server::read_files::ReadFile;
+use crate::Session;
+use crate::clock::Instant;
+use crate::read_files::ReadFile;
+use fbptr_command::Command;
 use std::any::Any;
 use std::ops::Range;
 

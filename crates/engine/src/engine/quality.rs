@@ -5,11 +5,11 @@
 
 use super::Engine;
 use super::drawing::MeshDraw;
-use crate::command::Quality;
-use crate::pipeline::SceneOptions;
-use crate::pipeline::quality::{Budget, prove, settings_of};
-use crate::scene::{QualityUse, Scene};
-use crate::server::Session;
+use crate::Session;
+use fbptr_command::Quality;
+use fbptr_core::pipeline::SceneOptions;
+use fbptr_core::pipeline::quality::{Budget, prove, settings_of};
+use fbptr_core::scene::{QualityUse, Scene};
 
 impl Engine {
     /// Returns the error that draws of the session may have, if they need not be exact.
@@ -42,7 +42,7 @@ impl Engine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::server::{Audience, Output, Stream};
+    use crate::{Audience, Output, Stream};
 
     /// Returns the pictures of these parts of one stream, after each of them.
     fn pictures(parts: &[&str]) -> Vec<Vec<u8>> {
@@ -50,7 +50,7 @@ mod tests {
         let mut stream = Stream::new(&engine, 1, Audience::Owner);
         let mut out = Output::default();
         let each = parts.iter().map(|part| {
-            let _ = stream.feed(&mut engine, part.as_bytes(), &mut out, crate::server::Budget::NONE);
+            let _ = stream.feed(&mut engine, part.as_bytes(), &mut out, crate::Budget::NONE);
             engine.memory().bytes().to_vec()
         });
         each.collect()

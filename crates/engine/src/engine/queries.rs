@@ -5,13 +5,13 @@
 
 use super::job::{Job, JobResult};
 use super::{Call, Effect, Engine, Event, Progress};
-use crate::command::{Command, SnapTarget, help_on, help_text};
-use crate::error::{Code, Fault};
-use crate::load::QuotaDir;
-use crate::memory::{MemoryBudget, MemoryError, MemoryUse, VideoMemory};
-use crate::save::{self, SnapshotFormat};
-use crate::server::Session;
-use crate::server::snapshot_names::is_own_name;
+use crate::Session;
+use crate::snapshot_names::is_own_name;
+use fbptr_command::{Command, SnapTarget, help_on, help_text};
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::memory::{MemoryBudget, MemoryError, MemoryUse, VideoMemory};
+use fbptr_formats::load::QuotaDir;
+use fbptr_formats::save::{self, SnapshotFormat};
 
 impl Engine {
     pub(super) fn help(&self, call: &mut Call<'_>) {

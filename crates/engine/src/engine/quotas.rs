@@ -3,11 +3,11 @@
 //!
 //! In: sizes of what connections want to hold. Out: room, or refusals with figures.
 
-use crate::command::PayloadPool;
-use crate::error::{Code, Fault};
-use crate::memory::{MemoryBudget, MemoryUse, Reservation};
-use crate::server::Limits;
-use crate::server::clock::Instant;
+use crate::Limits;
+use crate::clock::Instant;
+use fbptr_command::PayloadPool;
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::memory::{MemoryBudget, MemoryUse, Reservation};
 use std::time::Duration;
 
 /// Reply bytes that are always allowed for a connection that reads its replies.

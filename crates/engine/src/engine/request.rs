@@ -4,9 +4,9 @@
 //! how many commands they are, of which verb. A batch passes the engine's door once.
 
 use super::dispatch::{is_made_by_job, is_pixelflut};
-use crate::command::{BINARY_PIXEL_BYTES, Command, Rect};
-use crate::draw2d::Line;
-use crate::memory::Rgba;
+use fbptr_command::{BINARY_PIXEL_BYTES, Command, Rect};
+use fbptr_core::draw2d::Line;
+use fbptr_core::memory::Rgba;
 
 /// A connection's request, which the engine runs as one.
 #[derive(Debug)]

@@ -7,18 +7,18 @@ use super::empty_draw;
 use super::files::FileReader;
 use super::job::{Job, JobResult};
 use super::{Effect, Engine, Progress, Resources};
-use crate::cancel::CancelToken;
-use crate::command::{Command, FileKind, MeshSource, Rect};
-use crate::error::{Code, Fault};
-use crate::eye::{self, EyeScene, Rotation};
-use crate::load::x3d::X3dDocument;
-use crate::load::{self, FilePosition, LoadError, LoadMemory, LoadWarning, MeshFormat, Smoothing};
-use crate::memory::{MemoryUse, Reservation};
-use crate::pipeline::EmptyDraw;
-use crate::scene::{Geometry, Mesh, Scene, Texture, Viewport, ViewportRule, shapes};
-use crate::server::Session;
-use crate::server::resources::{Eye, Resource, ResourceKind, ResourceTable};
-use crate::server::session::DefaultView;
+use crate::Session;
+use crate::resources::{Eye, Resource, ResourceKind, ResourceTable};
+use crate::session::DefaultView;
+use fbptr_command::{Command, FileKind, MeshSource, Rect};
+use fbptr_core::cancel::CancelToken;
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::eye::{self, EyeScene, Rotation};
+use fbptr_core::memory::{MemoryUse, Reservation};
+use fbptr_core::pipeline::EmptyDraw;
+use fbptr_core::scene::{Geometry, Mesh, Scene, Texture, Viewport, ViewportRule, shapes};
+use fbptr_formats::load::x3d::X3dDocument;
+use fbptr_formats::load::{self, FilePosition, LoadError, LoadMemory, LoadWarning, MeshFormat, Smoothing};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -527,7 +527,7 @@ impl NewScene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::server::Audience;
+    use crate::Audience;
 
     #[test]
     fn a_file_is_not_read_to_its_end_when_its_command_was_given_up() {

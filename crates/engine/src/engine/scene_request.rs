@@ -3,9 +3,9 @@
 //! In: a document, a time, and what the session and the display change of the scene. Out: the scene,
 //! the same on any thread.
 
-use crate::load::x3d::X3dDocument;
-use crate::scene::{Camera, Light, LightKind, Scene, ViewOverrides, Viewport};
-use crate::server::Session;
+use crate::Session;
+use fbptr_core::scene::{Camera, Light, LightKind, Scene, ViewOverrides, Viewport};
+use fbptr_formats::load::x3d::X3dDocument;
 use glam::DVec3;
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -4,14 +4,14 @@
 //! In: values of one session. Out: the session's state.
 
 use super::{Call, Effect, Engine};
-use crate::command::{ErrorMode, Quality, Shears};
-use crate::draw2d::Blend;
-use crate::error::{Code, Fault};
-use crate::math::matrix;
-use crate::memory::DepthFormat;
-use crate::scene::{Cull, HiddenSurface, Interpolation, Material, ShadeMode};
-use crate::server::Session;
-use crate::server::session::DefaultView;
+use crate::Session;
+use crate::session::DefaultView;
+use fbptr_command::{ErrorMode, Quality, Shears};
+use fbptr_core::draw2d::Blend;
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::math::matrix;
+use fbptr_core::memory::DepthFormat;
+use fbptr_core::scene::{Cull, HiddenSurface, Interpolation, Material, ShadeMode};
 use glam::{DMat4, DVec3, DVec4};
 use std::time::Duration;
 

@@ -3,7 +3,7 @@
 //! In: the engine's counters and sizes, and what its observers add. Out: plain values.
 
 use super::Engine;
-use crate::server::Stats;
+use crate::Stats;
 
 /// State of an output of the server.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

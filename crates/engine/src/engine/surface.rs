@@ -11,11 +11,11 @@
 //! the target: `tests/drawing/surfaces.rs` draws with every verb of the table.
 
 use super::{Engine, Fault, Progress, Request};
-use crate::command::{Command, Reach, Verb};
-use crate::draw2d::{self, Rect};
-use crate::error::Code;
-use crate::memory::{MemoryUse, Rgba};
-use crate::server::Session;
+use crate::Session;
+use fbptr_command::{Command, Reach, Verb};
+use fbptr_core::draw2d::{self, Rect};
+use fbptr_core::error::Code;
+use fbptr_core::memory::{MemoryUse, Rgba};
 
 /// Returns the reach of a verb.
 fn reach_of(verb: &str) -> Reach {

@@ -5,8 +5,8 @@
 
 use super::drawing::Drawing;
 use super::{Engine, EngineFrame};
-use crate::pipeline::trace::{Probe, trace_draw, trace_scene};
-use crate::scene::HiddenSurface;
+use fbptr_core::pipeline::trace::{Probe, trace_draw, trace_scene};
+use fbptr_core::scene::HiddenSurface;
 
 /// Largest difference between the depths of the tile renderer and of the reference, which a trace
 /// follows.

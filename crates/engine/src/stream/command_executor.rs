@@ -6,14 +6,14 @@
 //! request that meets a defect of the server is refused by the engine, as any other error is.
 
 use super::{CommandError, Notice, Output, Resume, StreamState, Suspended};
-use crate::cancel::CancelToken;
-use crate::command::{Command, Figure, Flow, Rect, Sink, StreamError, StreamPosition, format_fault};
-use crate::draw2d::Line;
-use crate::error::Fault;
-use crate::memory::{Reservation, Rgba};
-use crate::server::clock::Instant;
-use crate::server::engine::{Drawing, MOST_DRAWS, MOST_NS, Progress, Request};
-use crate::server::{Audience, Budget, Effect, Engine, Pace, Session};
+use crate::clock::Instant;
+use crate::engine::{Drawing, MOST_DRAWS, MOST_NS, Progress, Request};
+use crate::{Audience, Budget, Effect, Engine, Pace, Session};
+use fbptr_command::{Command, Figure, Flow, Rect, Sink, StreamError, StreamPosition, format_fault};
+use fbptr_core::cancel::CancelToken;
+use fbptr_core::draw2d::Line;
+use fbptr_core::error::Fault;
+use fbptr_core::memory::{Reservation, Rgba};
 
 /// Runs the commands of one stream for one call of the decoder.
 pub(super) struct CommandExecutor<'a> {

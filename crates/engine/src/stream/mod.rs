@@ -10,12 +10,12 @@ use super::budget::{Budget, Pace};
 use super::engine::Pieces;
 use super::engine::{Job, JobResult};
 use super::{Audience, Engine, Session};
-use crate::command::{
+use command_executor::CommandExecutor;
+use fbptr_command::{
     BYTE_ORDER_MARK, Command, Decoder, EndOfInput, Limits as StreamLimits, Sink, StreamPosition, Verb,
     format_play_error, format_play_fault,
 };
-use crate::error::Fault;
-use command_executor::CommandExecutor;
+use fbptr_core::error::Fault;
 use std::time::Duration;
 
 /// A refused command, as it is reported to its owner.

@@ -19,9 +19,9 @@ fn play(script: &[u8], pieces: usize, audience: Audience) -> (Engine, Output) {
 /// Plays a script in pieces of so many bytes on a frame of 280x190 pixels, and returns its replies.
 fn replies_of(script: &str, threads: usize, pieces: usize, pace: Pace) -> String {
     let mut engine = Engine::new(280, 190).unwrap();
-    let pool = crate::server::worker_pool(Some(threads));
-    let options = crate::pipeline::RenderOptions { pool, ..Default::default() };
-    engine.set_renderer(crate::pipeline::Renderer::new(options));
+    let pool = crate::worker_pool(Some(threads));
+    let options = fbptr_core::pipeline::RenderOptions { pool, ..Default::default() };
+    engine.set_renderer(fbptr_core::pipeline::Renderer::new(options));
     let mut stream = Stream::new(&engine, 1, Audience::Connection);
     let mut out = Output::default();
     for piece in script.as_bytes().chunks(pieces) {
@@ -169,8 +169,8 @@ fn the_plan_in_stats_is_the_same_for_every_vector_level() {
     turns.iter().cycle().take(6).for_each(|turn| script += &format!("CLEAR 102030\n{turn}"));
     let plans = |level: fbptr_core::simd::Level| -> Vec<String> {
         let mut engine = Engine::new(640, 480).unwrap();
-        let options = crate::pipeline::RenderOptions { simd: Some(level), ..Default::default() };
-        engine.set_renderer(crate::pipeline::Renderer::new(options));
+        let options = fbptr_core::pipeline::RenderOptions { simd: Some(level), ..Default::default() };
+        engine.set_renderer(fbptr_core::pipeline::Renderer::new(options));
         let (mut stream, mut out) = (Stream::new(&engine, 1, Audience::Connection), Output::default());
         let _ = stream.feed(&mut engine, script.as_bytes(), &mut out, Budget::NONE);
         let text = String::from_utf8(out.replies).unwrap();

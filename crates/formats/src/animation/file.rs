@@ -1,11 +1,11 @@
 //! Scene files of every format, from their bytes.
 
-use crate::eye::EyeScene;
 use crate::load::gltf::GltfDocument;
 use crate::load::x3d::X3dDocument;
 use crate::load::{self, LoadContext, LoadMemory, MeshFormat, Smoothing, path_inside};
-use crate::memory::Reservation;
-use crate::scene::Geometry;
+use fbptr_core::eye::EyeScene;
+use fbptr_core::memory::Reservation;
+use fbptr_core::scene::Geometry;
 use std::sync::Arc;
 
 /// Format of a scene file.

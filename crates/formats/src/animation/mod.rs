@@ -11,11 +11,11 @@ mod turn;
 pub use file::{LoadedScene, SceneFile, SceneFormat, SceneSource};
 pub use turn::{PlaneTurn, TurnError};
 
-use crate::executor::Executor;
-use crate::eye::{self, ContactSheet, EyeError, EyeScene, Fibre};
-use crate::memory::{MemoryError, Rgba, VideoMemory};
-use crate::pipeline::{PipelineError, Renderer, SceneOptions, Target};
-use crate::scene::{Cull, Scene, ShadeMode, TransparencyOrder};
+use fbptr_core::executor::Executor;
+use fbptr_core::eye::{self, ContactSheet, EyeError, EyeScene, Fibre};
+use fbptr_core::memory::{MemoryError, Rgba, VideoMemory};
+use fbptr_core::pipeline::{PipelineError, Renderer, SceneOptions, Target};
+use fbptr_core::scene::{Cull, Scene, ShadeMode, TransparencyOrder};
 use std::error::Error;
 use std::fmt;
 use std::sync::Arc;

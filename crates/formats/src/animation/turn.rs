@@ -1,8 +1,8 @@
 //! Turntables: a scene turned about its middle, in three dimensions about y, in N of them in given
 //! planes. World space; camera, eye and lights stay.
 
-use crate::eye::{EyeError, EyeScene, sin_cos_deg};
-use crate::scene::{FRAME_FOV_RAD, Scene, frame_along};
+use fbptr_core::eye::{EyeError, EyeScene, sin_cos_deg};
+use fbptr_core::scene::{FRAME_FOV_RAD, Scene, frame_along};
 use glam::{DMat4, DVec3, DVec4};
 use std::fmt;
 use std::str::FromStr;
@@ -136,8 +136,8 @@ pub(super) fn turn(scene: &mut Scene, part: f64, framed: Option<[u32; 2]>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::eye::shapes::{DemoScene, cube};
-    use crate::scene::{Geometry, Mesh};
+    use fbptr_core::eye::shapes::{DemoScene, cube};
+    use fbptr_core::scene::{Geometry, Mesh};
     use std::sync::Arc;
 
     #[test]

@@ -1,7 +1,7 @@
 //! Errors and warnings of loading a file, with their positions.
 
-use crate::error::{Code, Fault};
-use crate::memory::OverBudget;
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::memory::OverBudget;
 use std::error::Error;
 use std::fmt;
 

@@ -9,7 +9,7 @@
 
 use super::polled::PolledBytes;
 use super::{LoadErrorKind, LoadMemory};
-use crate::memory::Reservation;
+use fbptr_core::memory::Reservation;
 use flate2::bufread::GzDecoder;
 use std::io::{BufRead, Read};
 
@@ -120,7 +120,7 @@ fn skip_padding(rest: &mut PolledBytes<'_>) -> std::io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::memory::MemoryBudget;
+    use fbptr_core::memory::MemoryBudget;
     use flate2::Compression;
     use flate2::write::GzEncoder;
     use std::io::Write;

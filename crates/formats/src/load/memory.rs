@@ -8,8 +8,8 @@
 //! bytes.
 
 use super::LoadErrorKind;
-use crate::cancel::CancelToken;
-use crate::memory::{MemoryBudget, MemoryUse, Reservation};
+use fbptr_core::cancel::CancelToken;
+use fbptr_core::memory::{MemoryBudget, MemoryUse, Reservation};
 
 /// Memory limits for loading one file and the files it refers to.
 #[derive(Debug)]

@@ -5,7 +5,7 @@
 
 use super::obj::SideFiles;
 use super::{LoadError, LoadErrorKind, LoadMemory, LoadWarning, smooth};
-use crate::scene::{Geometry, Mesh};
+use fbptr_core::scene::{Geometry, Mesh};
 
 /// Mesh of a file, with the materials and textures that were found.
 #[derive(Clone, Debug, Default)]
@@ -57,7 +57,6 @@ impl MeshFormat {
             _ => None,
         }
     }
-
 
     /// Parses a mesh file of this format; the arguments are those of
     /// [`obj::parse_smooth`](super::obj::parse_smooth).

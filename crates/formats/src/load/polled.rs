@@ -4,7 +4,7 @@
 //! error once it is cancelled, which makes the decoder return. Runs on the decoding thread. Pieces
 //! are short because compressed pictures unpack to about a thousand times their bytes.
 
-use crate::cancel::CancelToken;
+use fbptr_core::cancel::CancelToken;
 use std::io::{self, BufRead, Cursor, Read, Seek, SeekFrom};
 
 /// Longest piece in bytes.

@@ -13,9 +13,9 @@
 //! independent of how faces are triangulated). An error would show as a seam on the teapot or as a
 //! rounded box (`tests/files/smoothing.rs`).
 
-use crate::math::matrix::unit;
-use crate::pipeline::polygon_normal;
-use crate::scene::{Corner, Mesh, NONE, Polygon};
+use fbptr_core::math::matrix::unit;
+use fbptr_core::pipeline::polygon_normal;
+use fbptr_core::scene::{Corner, Mesh, NONE, Polygon};
 use glam::DVec3;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -259,7 +259,7 @@ mod tests {
 
     #[test]
     fn a_box_is_closed_and_keeps_its_edges() {
-        let mut mesh = crate::scene::shapes::cuboid(DVec3::ONE).unwrap();
+        let mut mesh = fbptr_core::scene::shapes::cuboid(DVec3::ONE).unwrap();
         mesh.normals.clear();
         mesh.corners.iter_mut().for_each(|c| c.normal = NONE);
         assert!(!smooth(&mut mesh, &[], FRAC_PI_3), "closed");

@@ -18,7 +18,7 @@
 use super::error::short;
 use super::mesh::{LoadedMesh, PolygonSizes, Smoothing, add_normals};
 use super::{FilePosition, LoadError, LoadErrorKind, LoadMemory, LoadWarning};
-use crate::scene::{Corner, Geometry, Mesh, NONE};
+use fbptr_core::scene::{Corner, Geometry, Mesh, NONE};
 use glam::DVec3;
 use std::io::{self, Read, Seek, SeekFrom};
 

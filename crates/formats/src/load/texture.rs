@@ -8,7 +8,7 @@
 use super::polled::PolledBytes;
 use super::{FilePosition, LoadError, LoadErrorKind, LoadMemory, never_panicking};
 use crate::save::rgba8;
-use crate::scene::{MAX_TEXTURE_SIDE, Texture, TextureError};
+use fbptr_core::scene::{MAX_TEXTURE_SIDE, Texture, TextureError};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::path::Path;
 
@@ -108,7 +108,7 @@ fn unpacking_bytes(format: ImageFormat, pixels: u64, decoded: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::Code;
+    use fbptr_core::error::Code;
     use image::{ExtendedColorType, ImageEncoder};
     use proptest::prelude::*;
 

@@ -1,7 +1,7 @@
 //! Writers of snapshots and of depth.
 
 use super::{SaveError, atomically};
-use crate::memory::{DepthMemory, VideoMemory};
+use fbptr_core::memory::{DepthMemory, VideoMemory};
 use image::ImageEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use std::io::{self, Write};

@@ -13,7 +13,7 @@
 //! all the same: a run that rewrites proves nothing.
 
 use super::{SaveError, crc32, missing_folder, rgba8, to_path};
-use crate::memory::{MemoryError, VideoMemory};
+use fbptr_core::memory::{MemoryError, VideoMemory};
 use image::codecs::png::PngDecoder;
 use image::{DynamicImage, ImageDecoder, ImageResult, Limits};
 use std::error::Error;

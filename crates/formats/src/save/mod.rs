@@ -1,8 +1,8 @@
 //! File output: snapshots (png, ppm, raw), movies (GIF, APNG, y4m, numbered PNGs), depth as PFM,
 //! and the comparison of snapshots in tests.
 //!
-//! In: a [`VideoMemory`](crate::memory::VideoMemory) or a
-//! [`DepthMemory`](crate::memory::DepthMemory), row 0 at the top. Out: bytes to any writer, or a
+//! In: a [`VideoMemory`](fbptr_core::memory::VideoMemory) or a
+//! [`DepthMemory`](fbptr_core::memory::DepthMemory), row 0 at the top. Out: bytes to any writer, or a
 //! file that is replaced atomically. The same picture gives the same file.
 
 mod atomic;
@@ -23,7 +23,7 @@ pub(crate) use rgba::rgba8;
 pub(crate) use temporary::{hold, temporary_name};
 pub use temporary::{remove_leftovers_beside, remove_leftovers_in};
 
-use crate::error::Code;
+use fbptr_core::error::Code;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! Reader of the pictures that this room writes.
 
 use super::{SaveError, SnapshotFormat, rgba8};
-use crate::memory::VideoMemory;
+use fbptr_core::memory::VideoMemory;
 use std::io;
 use std::path::Path;
 
@@ -10,11 +10,7 @@ use std::path::Path;
 /// # Errors
 /// If the bytes are no picture of that format and size.
 #[doc(hidden)]
-pub fn read_frame(
-    path: &Path,
-    bytes: &[u8],
-    [width, height]: [u32; 2],
-) -> Result<VideoMemory, SaveError> {
+pub fn read_frame(path: &Path, bytes: &[u8], [width, height]: [u32; 2]) -> Result<VideoMemory, SaveError> {
     let invalid = |reason: String| SaveError::io(path, &io::Error::new(io::ErrorKind::InvalidData, reason));
     let mut memory = VideoMemory::new(width, height).map_err(|e| invalid(e.to_string()))?;
     let decode = |format| image::load_from_memory_with_format(bytes, format);

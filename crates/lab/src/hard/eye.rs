@@ -2,9 +2,9 @@
 //! rational numbers, on every number of threads.
 
 use super::{HardRow, THREADS};
+use crate::fibre_fan::shown;
 use fbptr_core::executor::Executor;
 use fbptr_core::eye::{EyePicture, EyeScene, Fibre, MISS, render_with};
-use crate::fibre_fan::shown;
 use fbptr_server::worker_pool;
 use fbptr_truth::Rational;
 use fbptr_truth::eye::{SeenPoint, see};

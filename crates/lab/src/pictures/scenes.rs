@@ -3,12 +3,12 @@
 use super::super::experiment::Effort;
 use super::super::textures::bricks;
 use super::super::threads::knot;
-use fbptr_formats::load::obj;
 use fbptr_core::memory::DepthFormat;
 use fbptr_core::scene::{
     Camera, Corner, Filter, Light, LookAt, Mesh, NONE, Object, Projection, Sampling, Scene, ShadeMode,
     TransparencyOrder, Wrap, shapes,
 };
+use fbptr_formats::load::obj;
 use fbptr_truth::scenes::{Case, box_mesh, object};
 use fbptr_truth::{Settings, Transparency};
 use glam::{DMat4, DVec3};

@@ -2,9 +2,9 @@
 //! reply as a value.
 
 use super::{Client, has_ended};
-use crate::command::{Command, Rect, SnapTarget};
-use crate::error::{Code, Fault};
-use crate::memory::{Rgba, parse_color};
+use fbptr_command::{Command, Rect, SnapTarget};
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::memory::{Rgba, parse_color};
 
 /// Returns the fault of a reply that is not the verb's.
 fn no_reply(verb: &str) -> Fault {

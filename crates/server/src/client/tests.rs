@@ -1,12 +1,12 @@
 use super::*;
-use crate::command::{ErrorMode, LightCommand, MeshSource, Quality, Verb};
-use crate::draw2d::{self, Blend};
-use crate::memory::DepthFormat;
-use crate::scene::{
+use crate::{Display, DisplayObserver, Engine, Finish, RenderThread};
+use fbptr_command::{ErrorMode, LightCommand, MeshSource, Quality, Verb};
+use fbptr_core::draw2d::{self, Blend};
+use fbptr_core::memory::DepthFormat;
+use fbptr_core::scene::{
     Camera, Cull, HiddenSurface, Interpolation, Material, ObliqueKind, Projection, Sampling, ShadeMode,
     ViewportRule,
 };
-use crate::server::{Display, DisplayObserver, Engine, Finish, RenderThread};
 use glam::{DMat4, DVec3};
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
@@ -200,7 +200,7 @@ fn replies_are_values() {
     assert_eq!(client.get_pixel(5, 4).unwrap(), [9, 8, 7, 255]);
     assert_eq!(client.read([4, 4, 2, 1]).unwrap(), [1, 2, 3, 4, 9, 8, 7, 6]);
     assert_eq!(client.peek((8 * 4 + 5) * 4, 5).unwrap(), [9, 8, 7, 6, 1]);
-    assert_eq!(client.crc().unwrap(), crate::save::crc32(&client.snapshot().unwrap()));
+    assert_eq!(client.crc().unwrap(), fbptr_formats::save::crc32(&client.snapshot().unwrap()));
     assert_eq!(client.crc_of([5, 4, 1, 1]).unwrap(), crc32fast::hash(&[9, 8, 7, 6]));
     assert_eq!((client.depth_at(5, 4).unwrap(), client.pick(5, 4).unwrap()), (1.0, None));
     client.mesh("cube", MeshSource::Box(DVec3::splat(4.0)));

@@ -2,15 +2,15 @@
 
 use super::Client;
 use super::methods::client_methods;
-use crate::command::{
+use fbptr_command::{
     AreaColors, Command, ErrorMode, Figure, FileKind, LightCommand, MeshSource, Quality, RampColor, RealRect,
     Rect, Shears,
 };
-use crate::memory::{DepthFormat, Rgba};
-use crate::scene::{
+use fbptr_command::{unless_written, verbs};
+use fbptr_core::memory::{DepthFormat, Rgba};
+use fbptr_core::scene::{
     Cull, HiddenSurface, Interpolation, Material, Projection, Sampling, ShadeMode, ViewportRule,
 };
-use fbptr_command::{unless_written, verbs};
 use glam::{DMat4, DVec3};
 
 /// Pixels and bytes.
@@ -149,8 +149,8 @@ impl Client {
     }
 
     /// Sends `ARC`: a part of a ring.
-    pub fn arc(&self, arc: crate::draw2d::Arc, color: Rgba) {
-        let crate::draw2d::Arc { center, radii, angles } = arc;
+    pub fn arc(&self, arc: fbptr_core::draw2d::Arc, color: Rgba) {
+        let fbptr_core::draw2d::Arc { center, radii, angles } = arc;
         self.figure(Figure::Arc { center, radii, angles, color });
     }
 
@@ -185,8 +185,8 @@ impl Client {
     }
 
     /// Sends `BLEND over` or `BLEND replace`.
-    pub fn blend(&self, blend: crate::draw2d::Blend) {
-        self.send(Command::Blend { over: blend == crate::draw2d::Blend::Over });
+    pub fn blend(&self, blend: fbptr_core::draw2d::Blend) {
+        self.send(Command::Blend { over: blend == fbptr_core::draw2d::Blend::Over });
     }
 }
 

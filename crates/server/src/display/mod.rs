@@ -11,9 +11,9 @@ mod observer;
 pub use observer::DisplayObserver;
 
 use super::events::Input;
-use crate::input::InputEvent;
-use crate::memory::{DepthMemory, FbPtr, MemoryBudget, MemoryUse, Reservation, Rgba, VideoMemory};
 use crossbeam_channel::{Receiver, Sender, bounded};
+use fbptr_core::input::InputEvent;
+use fbptr_core::memory::{DepthMemory, FbPtr, MemoryBudget, MemoryUse, Reservation, Rgba, VideoMemory};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -358,7 +358,7 @@ impl EventSender {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::memory::DepthFormat;
+    use fbptr_core::memory::DepthFormat;
 
     #[test]
     fn the_window_gets_just_the_rows_that_changed_since_it_looked() {

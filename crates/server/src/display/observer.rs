@@ -5,8 +5,8 @@
 //! frame in [`SHOW_EVERY`] beside those of `PRESENT`.
 
 use super::Display;
-use crate::command::Command;
-use crate::server::engine::{Event, FrameView, Observer, PendingRows, Request};
+use fbptr_command::Command;
+use fbptr_engine::engine::{Event, FrameView, Observer, PendingRows, Request};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 

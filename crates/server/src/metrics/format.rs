@@ -3,8 +3,8 @@
 //! Source: Prometheus, "Exposition formats", text format version 0.0.4.
 
 use super::Reading;
-use crate::command::Verb;
-use crate::server::engine::OutputState;
+use fbptr_command::Verb;
+use fbptr_engine::engine::OutputState;
 use std::fmt::{self, Write};
 
 /// Media type of [`prometheus`].
@@ -175,8 +175,8 @@ pub(super) fn json(reading: &Reading) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::server::engine::OutputStatus;
-    use crate::server::metrics::{Metrics, MetricsBoard};
+    use crate::metrics::{Metrics, MetricsBoard};
+    use fbptr_engine::engine::OutputStatus;
     use std::time::Instant;
 
     #[test]

@@ -13,7 +13,7 @@
 //! RFC 9112, sections 2, 3 and 5.
 
 use super::{MetricsBoard, format};
-use crate::server::http::{Head, Refused, head_length};
+use crate::http::{Head, Refused, head_length};
 use std::io::{self, Read, Write};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;

@@ -12,9 +12,9 @@ mod http;
 pub use http::MetricsServer;
 
 use super::admission::{Admission, RefusedConnections};
-use super::engine::{Event, FrameView, Observer, Status};
-use super::session::Session;
-use crate::command::Verb;
+use fbptr_command::Verb;
+use fbptr_engine::engine::{Event, FrameView, Observer, Status};
+use fbptr_engine::session::Session;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 

@@ -5,10 +5,10 @@
 //! nothing in the recording.
 
 use super::Recorder;
-use crate::command::{Command, Figure};
-use crate::draw2d::{Blend, Line};
-use crate::memory::{MemoryUse, VideoMemory};
-use crate::server::engine::{Event, FrameView, Observer, OutputState, OutputStatus, Request};
+use fbptr_command::{Command, Figure};
+use fbptr_core::draw2d::{Blend, Line};
+use fbptr_core::memory::{MemoryUse, VideoMemory};
+use fbptr_engine::engine::{Event, FrameView, Observer, OutputState, OutputStatus, Request};
 use std::time::Instant;
 
 impl Observer for Recorder {

@@ -7,9 +7,9 @@
 
 use super::writer::{OnFailure, Patience, RecordStats, Writer};
 use super::{END_MARK, RECORD_MAGIC, RecordFile};
-use crate::command::{BINARY_PIXEL_BYTES, Command, Rect, SnapTarget, encode};
-use crate::memory::{Reservation, VideoMemory};
-use crate::server::read_files::{Fingerprint, ReadFile};
+use fbptr_command::{BINARY_PIXEL_BYTES, Command, Rect, SnapTarget, encode};
+use fbptr_core::memory::{Reservation, VideoMemory};
+use fbptr_engine::read_files::{Fingerprint, ReadFile};
 use std::collections::HashMap;
 use std::fmt;
 use std::io::{self, Write};

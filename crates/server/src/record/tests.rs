@@ -3,11 +3,11 @@
 
 use super::writer::Patience;
 use super::*;
-use crate::load::SandboxDir;
-use crate::memory::MemoryUse;
-use crate::server::Stats;
-use crate::server::replay::Replay;
-use crate::server::{Audience, Budget, Engine, Notice, Output, Stream, StreamState};
+use crate::Stats;
+use crate::replay::Replay;
+use crate::{Audience, Budget, Engine, Notice, Output, Stream, StreamState};
+use fbptr_core::memory::MemoryUse;
+use fbptr_formats::load::SandboxDir;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, mpsc};
@@ -326,7 +326,7 @@ fn files_that_are_none_end_the_replay() {
         let recording = format!("#!fbptr-record 2 4x3\n#@ 1 0.0 files {}\n{files}\n", files.len());
         let (_, _, notices) = replay(Engine::new(4, 3).unwrap(), recording.as_bytes());
         let [Notice::Refused(refused)] = &notices[..] else { panic!("{files:?}: {notices:?}") };
-        assert_eq!(refused.fault.code, crate::error::Code::Proto, "{files:?}");
+        assert_eq!(refused.fault.code, fbptr_core::error::Code::Proto, "{files:?}");
     }
 }
 
@@ -400,15 +400,15 @@ fn a_full_disk_is_told_at_once_and_the_commands_go_on() {
 
 #[test]
 fn a_command_without_text_ends_the_recording_unless_it_was_refused() {
-    use crate::command::{Command, Figure};
-    use crate::server::Session;
+    use crate::Session;
+    use fbptr_command::{Command, Figure};
     let mut engine = Engine::new(8, 6).unwrap();
     let bytes_written = WrittenBytes::default();
     engine.attach(Recorder::new(Box::new(bytes_written.clone()), 8, 6).unwrap());
     let (mut session, mut replies) = (Session::new(1, Audience::Owner), Vec::new());
     let name = "n".repeat(5000);
     let refused = engine.run(&mut session, Command::Draw { name }, &mut replies);
-    assert_eq!(refused.unwrap_err().code, crate::error::Code::NoEnt);
+    assert_eq!(refused.unwrap_err().code, fbptr_core::error::Code::NoEnt);
     let pixel = Command::Pixel { x: 1, y: 1, color: [1, 2, 3, 255] };
     let _ = engine.run(&mut session, pixel.clone(), &mut replies).unwrap();
     engine.tick(std::time::Instant::now());

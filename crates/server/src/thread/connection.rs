@@ -5,19 +5,19 @@
 //! notices for its owner. Runs on the render thread. Promises that work runs in the order of
 //! arrival, and that nothing runs while the connection waits for a frame, a job or its client.
 
-use crate::command::EndOfInput;
-use crate::error::Fault;
-use crate::input::InputEvent;
-use crate::server::engine::JobResult;
-use crate::server::jobs::Ticket;
-use crate::server::message::{Batch, ConnectionSource, Item, Medium, Message, OpenConnection, Port};
-use crate::server::record::RECORD_MAGIC;
-use crate::server::replay::Replay;
-use crate::server::reply_queue::ReplyQueue;
-use crate::server::sniff::{Foreign, Sniffer, Verdict};
-use crate::server::stream::Resume;
-use crate::server::{Budget, Engine, Notice, Output, Stream, StreamState};
+use crate::jobs::Ticket;
+use crate::message::{Batch, ConnectionSource, Item, Medium, Message, OpenConnection, Port};
+use crate::record::RECORD_MAGIC;
+use crate::replay::Replay;
+use crate::reply_queue::ReplyQueue;
+use crate::sniff::{Foreign, Sniffer, Verdict};
+use crate::{Budget, Engine, Notice, Output, Stream, StreamState};
 use crossbeam_channel::Sender;
+use fbptr_command::EndOfInput;
+use fbptr_core::error::Fault;
+use fbptr_core::input::InputEvent;
+use fbptr_engine::engine::JobResult;
+use fbptr_engine::stream::Resume;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};

@@ -14,20 +14,20 @@ mod scheduler;
 
 use super::buffer_pool::{BufferPool, POOLED_BUFFER_BYTES};
 use super::client::Client;
-use super::engine::{Engine, OutputState};
 use super::message::{ConnectionSource, Finish, Inbox, Medium, Message, OpenConnection};
-use super::session::Audience;
 use super::transport::{Link, Poller};
 #[cfg(feature = "web")]
 use super::web::{WebFeed, WebOptions, WebServer, WebTarget};
-use super::workers::DRAW_STACK_BYTES;
 #[cfg(feature = "web")]
 use super::{Limits, admission::Admission};
 use super::{record, shared_file};
-use crate::cancel::CancelToken;
-use crate::error::{Code, Fault};
-use crate::memory::VideoMemory;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
+use fbptr_core::cancel::CancelToken;
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::memory::VideoMemory;
+use fbptr_engine::engine::{Engine, OutputState};
+use fbptr_engine::session::Audience;
+use fbptr_engine::workers::DRAW_STACK_BYTES;
 use scheduler::Scheduler;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;

@@ -6,8 +6,8 @@
 
 use super::poll::{FEW_BYTES, Registered, Shared, bytes_of, lock};
 use super::report::{Trouble, report};
-use crate::server::buffer_pool::PooledBuffer;
-use crate::server::message::{Batch, Message};
+use crate::buffer_pool::PooledBuffer;
+use crate::message::{Batch, Message};
 use std::sync::Arc;
 
 /// The render thread's reader of sockets in the ready queue: one at a time, without blocking.

@@ -13,10 +13,10 @@ use super::selector::Selector;
 #[cfg(unix)]
 use super::unix::{self, SocketFile};
 use super::{ByteSource, Endpoint, Link, Replies, Stream, serve_connection};
-use crate::command::EndOfInput;
-use crate::server::admission::{Admission, Refusal};
-use crate::server::message::Medium;
-use crate::server::session::Audience;
+use crate::admission::{Admission, Refusal};
+use crate::message::Medium;
+use fbptr_command::EndOfInput;
+use fbptr_engine::session::Audience;
 use mio::net::TcpListener;
 #[cfg(unix)]
 use mio::net::UnixListener;

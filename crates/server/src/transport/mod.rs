@@ -31,10 +31,10 @@ pub(crate) use socket::{Replies, Socket, Stream};
 
 use super::message::{Batch, ConnectionSource, Id, Medium, Message, OpenConnection, Port, Release};
 use super::reply_queue::ReplyQueue;
-use super::session::Audience;
-use super::stream::Notice;
-use crate::command::EndOfInput;
 use crossbeam_channel::{Sender, bounded};
+use fbptr_command::EndOfInput;
+use fbptr_engine::session::Audience;
+use fbptr_engine::stream::Notice;
 use report::{Trouble, report};
 use std::io::{self, Read, Write};
 use std::sync::Arc;

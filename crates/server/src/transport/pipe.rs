@@ -6,8 +6,8 @@
 //! the thread waits for bytes.
 
 use super::poll::{FEW_BYTES, Return};
-use crate::server::buffer_pool::POOLED_BUFFER_BYTES;
-use crate::server::message::{Batch, Message};
+use crate::buffer_pool::POOLED_BUFFER_BYTES;
+use crate::message::{Batch, Message};
 use std::io::{self, ErrorKind, Read};
 
 /// Reads `input` to its end, no faster than the render thread runs the bytes.

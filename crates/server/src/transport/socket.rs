@@ -5,7 +5,7 @@
 
 use super::Control;
 use super::selector::{Selector, Writable};
-use crate::server::admission::Slot;
+use crate::admission::Slot;
 use mio::net::TcpStream;
 #[cfg(unix)]
 use mio::net::UnixStream;

@@ -7,12 +7,12 @@
 
 use super::socket::Viewer;
 use super::{WebFeed, WebTarget};
-use crate::command::EndOfInput;
-use crate::server::admission::{Admission, Slot};
-use crate::server::message::Medium;
-use crate::server::session::Audience;
-use crate::server::transport::{ByteSource, Endpoint, Link, Uncontrolled, serve_connection};
+use crate::admission::{Admission, Slot};
+use crate::message::Medium;
+use crate::transport::{ByteSource, Endpoint, Link, Uncontrolled, serve_connection};
 use crossbeam_channel::{Receiver, Sender, TryRecvError, TrySendError, bounded};
+use fbptr_command::EndOfInput;
+use fbptr_engine::session::Audience;
 use std::io::{self, Read, Write};
 use std::net::IpAddr;
 use std::sync::Arc;

@@ -4,7 +4,7 @@
 //! [`MAX_HEAD_BYTES`], bodies are not read, and the whole exchange takes at most [`PATIENCE`].
 
 use super::page::{self, Response};
-use crate::server::http::{Refused, head_length};
+use crate::http::{Refused, head_length};
 use mio::net::TcpStream;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::Shutdown;

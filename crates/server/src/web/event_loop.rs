@@ -10,7 +10,7 @@ use super::connection::{HttpConnection, PATIENCE, Step};
 use super::socket::Viewer;
 use super::tiles::TileFrame;
 use super::{MAX_CONNECTIONS, MAX_VIEWERS, WebFeed, WebOptions, WebTarget};
-use crate::server::message::Message;
+use crate::message::Message;
 use crossbeam_channel::{Receiver, Sender, bounded};
 use mio::net::{TcpListener, TcpStream};
 use mio::{Events, Interest, Poll, Token, Waker};

@@ -5,7 +5,7 @@
 //! asks for the next one when it has a viewer for it, so frames that nobody would see are not
 //! copied.
 
-use crate::server::Display;
+use crate::Display;
 use mio::Waker;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};

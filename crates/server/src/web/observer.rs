@@ -6,9 +6,9 @@
 //! does not keep them. `PRESENT wait` never waits for a browser.
 
 use super::WebFeed;
-use crate::command::Command;
-use crate::memory::{MemoryUse, Reservation};
-use crate::server::engine::{Event, FrameView, Observer, PendingRows, Request};
+use fbptr_command::Command;
+use fbptr_core::memory::{MemoryUse, Reservation};
+use fbptr_engine::engine::{Event, FrameView, Observer, PendingRows, Request};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 

@@ -4,7 +4,7 @@
 //! handshake. Promise: a WebSocket is opened for pages of this server alone, whose `Origin` has the
 //! same authority as `Host`; a request without an origin comes from no browser and is refused.
 
-use crate::server::http::{Head, Refused};
+use crate::http::{Head, Refused};
 use tungstenite::handshake::derive_accept_key;
 
 /// The files: path, media type and contents.

@@ -7,7 +7,7 @@
 //! web thread. Promise: the tiles that [`TileFrame::since`] returns make the frame of that version
 //! out of any earlier one.
 
-use crate::server::{Display, ShownFrame};
+use crate::{Display, ShownFrame};
 use flate2::{Compress, Compression, FlushCompress};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -175,7 +175,7 @@ fn segment(compress: &mut Compress, bytes: &[u8]) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::memory::VideoMemory;
+    use fbptr_core::memory::VideoMemory;
     use std::io::Read;
 
     fn inflate(tiles: &[(u32, Arc<EncodedTile>)]) -> Vec<u8> {

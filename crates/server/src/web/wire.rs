@@ -21,7 +21,7 @@
 //! | binary, first byte 2 | bytes of replies |
 
 use super::tiles::{EncodedTile, STREAM_END};
-use crate::input::InputEvent;
+use fbptr_core::input::InputEvent;
 use std::sync::Arc;
 
 /// Bytes of compressed tiles in a message, at most, unless one tile alone has more.

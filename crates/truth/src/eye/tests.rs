@@ -2,8 +2,8 @@
 
 use super::super::{Rational, scenes::Random};
 use super::{Number, see};
-use fbptr_core::eye::{EyeLight, EyeLightKind, EyeScene, Facet, Falloff, Pose, SceneParts};
 use crate::DoubleDouble;
+use fbptr_core::eye::{EyeLight, EyeLightKind, EyeScene, Facet, Falloff, Pose, SceneParts};
 
 /// Returns random simplices with a light, of multiples of 1/8.
 fn scene(seed: u64, dim: usize, pixels: &[u32]) -> EyeScene {

@@ -1,13 +1,13 @@
 //! Colours: tables of small pictures, interpolation across a face, mip levels, light.
 
 use super::*;
+use crate::texture::{MipChain, UvFootprint};
+use crate::{Settings, TruthPicture, render};
 use fbptr_core::memory::DepthFormat;
 use fbptr_core::scene::{
     Camera, Corner, Cull, Geometry, Light, LightKind, LightingModel, Material, Mesh, NONE, Object,
     Projection, Scene, Texture,
 };
-use crate::texture::{MipChain, UvFootprint};
-use crate::{Settings, TruthPicture, render};
 use glam::{DMat4, DVec4};
 use std::sync::Arc;
 
@@ -198,8 +198,7 @@ fn lighting_of_x3d() {
             lights: vec![&light],
             viewer: crate::ViewerPosition::Axis(vector(&i["Vv"])),
         };
-        let lit =
-            crate::light::light_point(&material, DVec3::ONE, DVec3::ZERO, vector(&i["N"]), &lighting);
+        let lit = crate::light::light_point(&material, DVec3::ONE, DVec3::ZERO, vector(&i["N"]), &lighting);
         assert_eq!(lit.len(), 1, "{}", case["name"]);
         all_near(&(lit[0].diffuse_ambient + lit[0].specular_emissive).to_array(), &case["colour"], 1e-12);
     }

@@ -1,9 +1,9 @@
 //! Cameras, projections, and the resulting depths.
 
 use super::*;
+use crate::camera::{Sight, transform};
 use fbptr_core::memory::DepthFormat;
 use fbptr_core::scene::{Camera, ObliqueKind, Projection};
-use crate::camera::{Sight, transform};
 
 #[test]
 fn camera_matrix_of_004() {

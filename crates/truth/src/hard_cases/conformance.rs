@@ -2,13 +2,13 @@
 //! frames, ties, seams, exhaustive blending, extremes of lights, angles and scales.
 
 use super::{case, colored, ortho, triangles, v, with_camera};
+use crate::scenes::{Case, box_mesh, object};
 use fbptr_core::math::matrix;
 use fbptr_core::memory::DepthFormat;
 use fbptr_core::scene::{
     Camera, Corner, Cull, Filter, HiddenSurface, Light, LightingModel, LookAt, Material, Mesh, NONE, Object,
     Projection, Sampling, ShadeMode, Texture, Wrap,
 };
-use crate::scenes::{Case, box_mesh, object};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 

@@ -5,7 +5,7 @@
 //! cell or a face. It is an edge where the hyperplanes of the simplices around it meet in a line
 //! alone: where their normals span N-1 dimensions.
 
-use crate::eye::EyeScene;
+use fbptr_core::eye::EyeScene;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Most facets of a scene that is shown as a wireframe.
@@ -126,7 +126,7 @@ fn rank<'a>(vectors: impl Iterator<Item = &'a [f64]>) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::eye::shapes::{DemoScene, Shape, cell24, cross_polytope, cube, simplex};
+    use fbptr_core::eye::shapes::{DemoScene, Shape, cell24, cross_polytope, cube, simplex};
 
     #[test]
     fn regular_polytopes_have_the_edges_of_the_textbook() {

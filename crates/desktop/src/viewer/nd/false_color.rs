@@ -1,7 +1,7 @@
 //! Recolouring a picture of the eye: outlines, the facets' own colours, light alone, facet numbers.
 
-use crate::eye::{EyePicture, EyeScene, MISS};
 use crate::viewer::keys::Look;
+use fbptr_core::eye::{EyePicture, EyeScene, MISS};
 
 /// Fractional part of the golden ratio; its multiples spread hues evenly.
 const GOLDEN: f64 = 0.618_033_988_75;

@@ -13,12 +13,12 @@
 use super::Nd;
 use super::edges::Wireframe;
 use super::glow::{End, Glow};
-use crate::draw2d::font::CELL;
-use crate::draw2d::look::{LESSER, MARGIN, PAPER, TEXT, letters};
-use crate::draw2d::{AreaColors, Blend, fill, line_aa};
-use crate::eye::{self, EyeScene, Fibre};
-use crate::memory::VideoMemory;
 use crate::viewer::studio::Backdrop;
+use fbptr_core::draw2d::font::CELL;
+use fbptr_core::draw2d::look::{LESSER, MARGIN, PAPER, TEXT, letters};
+use fbptr_core::draw2d::{AreaColors, Blend, fill, line_aa};
+use fbptr_core::eye::{self, EyeScene, Fibre};
+use fbptr_core::memory::VideoMemory;
 
 /// Distance of the eye along a hidden axis, in radii.
 const HIDDEN_EYE: f64 = 2.4;

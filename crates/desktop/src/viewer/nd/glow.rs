@@ -6,7 +6,7 @@
 //! The sum of all light L becomes the byte 255 L / (1 + L), so that crossings are brighter and
 //! nothing is cut off. Lines are smooth by themselves.
 
-use crate::memory::VideoMemory;
+use fbptr_core::memory::VideoMemory;
 
 /// Distance in pixels at which the glow has ended, on a frame of 720 rows.
 const REACH: f32 = 26.0;

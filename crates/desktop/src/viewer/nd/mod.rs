@@ -13,9 +13,9 @@ mod tests;
 use super::difference::{Difference, Work};
 use super::frame::ViewerFrame;
 use super::{Wishes, depth_picture};
-use crate::executor::Executor;
-use crate::eye::{self, ContactSheet, EyePicture, EyeScene, Fibre, MISS, Pose};
 use false_color::in_false_color;
+use fbptr_core::executor::Executor;
+use fbptr_core::eye::{self, ContactSheet, EyePicture, EyeScene, Fibre, MISS, Pose};
 use gallery::Gallery;
 pub(super) use gallery::captions;
 
@@ -266,7 +266,7 @@ impl Nd {
     }
 
     /// Paints distances as greys. Returns the least and the largest, if any.
-    pub fn paint_distances(&self, memory: &mut crate::memory::VideoMemory) -> Option<[f64; 2]> {
+    pub fn paint_distances(&self, memory: &mut fbptr_core::memory::VideoMemory) -> Option<[f64; 2]> {
         let picture = self.picture.as_ref()?;
         let values = (0..memory.height())
             .flat_map(|y| (0..memory.width()).map(move |x| (x, y)))

@@ -1,8 +1,8 @@
 //! Turning, selecting planes, and the JSON of the view.
 
 use super::*;
-use crate::executor::Executor;
-use crate::eye::shapes::{DemoScene, cube};
+use fbptr_core::executor::Executor;
+use fbptr_core::eye::shapes::{DemoScene, cube};
 
 fn tesseract() -> Nd {
     let demo = DemoScene { pixels: vec![24, 18], aperture_tan: 0.3, turns: vec![(0, 1, 20.0), (1, 3, 30.0)] };

@@ -6,7 +6,7 @@
 //! occlusion that costs one look at the mesh. It is no shadow of a light; it says where the model
 //! stands.
 
-use crate::scene::Mesh;
+use fbptr_core::scene::Mesh;
 use glam::DVec3;
 
 /// Texels on each side of the map.
@@ -113,7 +113,7 @@ fn blurred(mut map: Vec<f32>, radius: usize) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::shapes;
+    use fbptr_core::scene::shapes;
 
     #[test]
     fn it_is_dark_below_the_model_and_light_around() {

@@ -5,7 +5,7 @@
 //! is [`FILL`] of the frame's. A perspective picture of a convex hull is the hull of the projected
 //! points, so the box of the points is that of all faces between them.
 
-use crate::scene::{Camera, LookAt, Mesh, Projection, Scene, frame_mesh};
+use fbptr_core::scene::{Camera, LookAt, Mesh, Projection, Scene, frame_mesh};
 use glam::{DMat3, DVec3};
 
 /// Part of the frame that a model fills: its box is as wide or as high.
@@ -159,7 +159,7 @@ fn fill(points: &[DVec3], turns: &[DMat3], z: DVec3, aspect: f64, reach: f64) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::shapes;
+    use fbptr_core::scene::shapes;
 
     /// The box of a mesh's points in NDC.
     fn seen(mesh: &Mesh, camera: &Camera, aspect: f64) -> [f64; 4] {

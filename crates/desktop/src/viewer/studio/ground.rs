@@ -12,9 +12,9 @@
 //! length of the gradient of X (or Z) on the screen.
 
 use super::contact_shadow::ContactShadow;
-use crate::executor::Executor;
-use crate::memory::VideoMemory;
-use crate::scene::{Camera, Mesh};
+use fbptr_core::executor::Executor;
+use fbptr_core::memory::VideoMemory;
+use fbptr_core::scene::{Camera, Mesh};
 use glam::{DMat3, DVec3};
 
 /// Colour of the grid's lines: the lesser text of docs/look.md.
@@ -171,8 +171,8 @@ fn round_step(length: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{LookAt, Projection, shapes};
-    use crate::server::worker_pool;
+    use fbptr_core::scene::{LookAt, Projection, shapes};
+    use fbptr_server::worker_pool;
 
     fn camera(eye: DVec3) -> Camera {
         let look_at = LookAt { eye, reference: DVec3::ZERO, up: DVec3::Y };

@@ -7,7 +7,7 @@
 //! window of a projection by -s times half its extents; projections without a window first become
 //! the frustum or the box that they are.
 
-use crate::scene::{Camera, Projection, contain};
+use fbptr_core::scene::{Camera, Projection, contain};
 
 /// Sample positions in pixels from the pixel's centre: a grid of 4x4, in an order in which every
 /// first half is spread over the pixel (Bayer's matrix).
@@ -87,7 +87,7 @@ pub(in crate::viewer) fn shifted(camera: Camera, by: [f64; 2], size: [u32; 2]) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::ObliqueKind;
+    use fbptr_core::scene::ObliqueKind;
     use glam::DVec3;
 
     #[test]

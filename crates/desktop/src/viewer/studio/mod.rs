@@ -19,9 +19,9 @@ pub(super) use framing::{framed_mesh, framed_scene};
 pub(super) use ground::Ground;
 pub(super) use jitter::{SUBFRAMES, shifted};
 
-use crate::draw2d::look::PAPER;
-use crate::memory::{Rgba, VideoMemory};
-use crate::scene::{Camera, Light, Material, Scene};
+use fbptr_core::draw2d::look::PAPER;
+use fbptr_core::memory::{Rgba, VideoMemory};
+use fbptr_core::scene::{Camera, Light, Material, Scene};
 use glam::DVec3;
 
 /// Colour of the gradient at the top of the frame: the paper of docs/look.md.
@@ -121,7 +121,7 @@ mod tests {
         let from: Vec<DVec3> = lights(&camera)
             .iter()
             .map(|light| match light.kind {
-                crate::scene::LightKind::Directional { direction } => -direction,
+                fbptr_core::scene::LightKind::Directional { direction } => -direction,
                 _ => panic!("a directional light"),
             })
             .collect();

@@ -19,9 +19,9 @@ pub use script::FRAMES_PER_SECOND;
 use super::keys::Action;
 use super::replay::{MakeEngine, Playing};
 use super::{Subject, Viewer, Wishes};
-use crate::memory::VideoMemory;
-use crate::pipeline::RenderPath;
-use crate::server::Engine;
+use fbptr_core::memory::VideoMemory;
+use fbptr_core::pipeline::RenderPath;
+use fbptr_server::Engine;
 use script::Step;
 use std::sync::Arc;
 

@@ -4,8 +4,8 @@
 //! [`SIZE`], in the colours and with the spacing of `docs/look.md`.
 
 use super::script::{PICTURE, Step};
-use crate::draw2d::{Blend, text};
-use crate::memory::{Rgba, VideoMemory};
+use fbptr_core::draw2d::{Blend, text};
+use fbptr_core::memory::{Rgba, VideoMemory};
 
 /// Size of a page in pixels.
 pub const SIZE: [u32; 2] = [960, 540];

@@ -1,8 +1,8 @@
 use super::super::{Key, Model, ViewerOptions};
 use super::script::PICTURE;
 use super::*;
-use crate::executor::Executor;
-use crate::pipeline::Renderer;
+use fbptr_core::executor::Executor;
+use fbptr_core::pipeline::Renderer;
 use std::time::Duration;
 
 fn engines() -> MakeSizedEngine {

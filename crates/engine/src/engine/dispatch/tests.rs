@@ -1,10 +1,10 @@
 //! Tests of the door: the ends of requests that meet a defect.
 
 use super::*;
-use crate::command::{Figure, RealRect, Rect};
-use crate::memory::MemoryUse;
-use crate::server::engine::{FrameView, Observer};
-use crate::server::{Audience, Output, Stream};
+use crate::engine::{FrameView, Observer};
+use crate::{Audience, Output, Stream};
+use fbptr_command::{Figure, RealRect, Rect};
+use fbptr_core::memory::MemoryUse;
 use std::sync::{Arc, Mutex};
 
 /// The events of requests, by their names.
@@ -72,9 +72,9 @@ fn small_draws_wait_for_others_where_threads_share_them() {
     let done = ["begins", "done"];
     for (threads, waits) in [(1, false), (2, true)] {
         let (mut engine, _, log) = engine_with_log(40, 30);
-        let pool = crate::server::worker_pool(Some(threads));
-        let options = crate::pipeline::RenderOptions { pool, ..Default::default() };
-        engine.set_renderer(crate::pipeline::Renderer::new(options));
+        let pool = crate::worker_pool(Some(threads));
+        let options = fbptr_core::pipeline::RenderOptions { pool, ..Default::default() };
+        engine.set_renderer(fbptr_core::pipeline::Renderer::new(options));
         let mut stream = Stream::new(&engine, 7, Audience::Connection);
         let mut out = Output::default();
         let _ = stream.feed(&mut engine, script, &mut out, Budget::NONE);

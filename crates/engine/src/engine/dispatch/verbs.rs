@@ -5,7 +5,7 @@
 //! session is enough it takes that; it returns nothing, an effect, progress, or an error instead.
 
 use super::{Call, Engine, Fault, Outcome, Progress};
-use crate::command::{Command, verbs};
+use fbptr_command::{Command, verbs};
 
 /// Sorts the blocks of the table: rows of Pixelflut's commands, and all rows of commands. Figures are
 /// drawn as one, and projections are the camera's.

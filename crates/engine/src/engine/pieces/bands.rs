@@ -4,13 +4,13 @@
 //! the band is of rows of their rectangle.
 
 use super::Piecewise;
-use crate::command::{Command, Figure, Rect};
-use crate::draw2d::{self, Blend};
-use crate::error::Fault;
-use crate::memory::Rgba;
-use crate::server::Session;
-use crate::server::clock::Instant;
-use crate::server::engine::Engine;
+use crate::Session;
+use crate::clock::Instant;
+use crate::engine::Engine;
+use fbptr_command::{Command, Figure, Rect};
+use fbptr_core::draw2d::{self, Blend};
+use fbptr_core::error::Fault;
+use fbptr_core::memory::Rgba;
 use std::fmt;
 use std::ops::Range;
 

@@ -4,10 +4,10 @@
 //! is long enough to run in pieces. The estimate must not miss a command that takes long: one would
 //! know by `benches/waits.py`, where another client then waits.
 
-use crate::command::{AreaColors, Command, Figure, RealRect};
-use crate::draw2d::{self, Blend};
-use crate::server::Session;
-use crate::server::engine::Engine;
+use crate::Session;
+use crate::engine::Engine;
+use fbptr_command::{AreaColors, Command, Figure, RealRect};
+use fbptr_core::draw2d::{self, Blend};
 
 /// Estimated nanoseconds from which a command runs in pieces.
 const LONG_NS: u64 = 2_000_000;

@@ -2,13 +2,13 @@
 
 use super::Piecewise;
 use super::bands::band_rows;
-use crate::command::{Command, Figure, Rect};
-use crate::draw2d::{self, DrawError, TextCursor};
-use crate::error::Fault;
-use crate::memory::Rgba;
-use crate::server::Session;
-use crate::server::clock::Instant;
-use crate::server::engine::Engine;
+use crate::Session;
+use crate::clock::Instant;
+use crate::engine::Engine;
+use fbptr_command::{Command, Figure, Rect};
+use fbptr_core::draw2d::{self, DrawError, TextCursor};
+use fbptr_core::error::Fault;
+use fbptr_core::memory::Rgba;
 use std::ops::Range;
 
 /// Records of `POINTS` in one piece.

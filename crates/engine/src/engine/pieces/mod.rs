@@ -14,7 +14,7 @@
 //!   memory as it is between two pieces; all other commands wait, and foreign writes to the shared
 //!   file are not taken in. So the command is recorded as one, at its end, and a replay gives the
 //!   same bytes.
-//! - A command that exceeds the time limit ([`crate::server::Limits::command_time`]) is ended with
+//! - A command that exceeds the time limit ([`crate::Limits::command_time`]) is ended with
 //!   `EQUOTA`. The pixels that it has drawn stay, and are recorded as runs of pixels, which is
 //!   exact; the message says how far it got. Depths that a draw may have written are cleared, in the
 //!   recording too.
@@ -33,12 +33,12 @@ mod tests;
 use super::drawing::Drawing;
 use super::long_draw::LongDraw;
 use super::{Engine, Request};
-use crate::command::{Command, Figure, Rect};
-use crate::error::{Code, Fault};
-use crate::memory::{DepthFormat, MemoryUse, Reservation};
-use crate::server::clock::Instant;
-use crate::server::{Budget, Session};
+use crate::clock::Instant;
+use crate::{Budget, Session};
 use bands::{Bands, ClearBands, CopyBands, EyeBands, FigureBands, ReadBands};
+use fbptr_command::{Command, Figure, Rect};
+use fbptr_core::error::{Code, Fault};
+use fbptr_core::memory::{DepthFormat, MemoryUse, Reservation};
 use lists::{Checksum, Letters, Records};
 use std::fmt;
 use std::ops::Range;

@@ -1,10 +1,10 @@
 //! Commands in pieces are those in one: bytes, replies, counts and refusals.
 
 use super::*;
-use crate::command::{AreaColors, RealRect};
-use crate::draw2d::Blend;
-use crate::server::engine::Progress;
-use crate::server::{Audience, Limits};
+use crate::engine::Progress;
+use crate::{Audience, Limits};
+use fbptr_command::{AreaColors, RealRect};
+use fbptr_core::draw2d::Blend;
 
 const SIZE: (u32, u32) = (700, 330);
 

@@ -1,9 +1,9 @@
 //! Tests of the outputs that `STATS` names.
 
 use super::*;
-use crate::command::Command;
-use crate::server::engine::{Event, FrameView, Observer};
-use crate::server::{Audience, Session};
+use crate::engine::{Event, FrameView, Observer};
+use crate::{Audience, Session};
+use fbptr_command::Command;
 
 /// An output that no part of the server knows.
 #[derive(Debug)]

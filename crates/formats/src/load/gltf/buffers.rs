@@ -8,7 +8,7 @@
 
 use super::json::Json;
 use crate::load::{LoadContext, LoadError, LoadErrorKind, LoadMemory, url};
-use crate::memory::Reservation;
+use fbptr_core::memory::Reservation;
 use std::borrow::Cow;
 
 /// Most elements of all accessors that are read.

@@ -9,9 +9,9 @@
 
 use super::buffers::{Buffers, referenced};
 use super::json::Json;
-use crate::error::Code;
 use crate::load::{LoadContext, LoadError, LoadErrorKind, LoadWarning, texture};
-use crate::scene::{Filter, MAX_TEXTURE_SIDE, Sampling, Texture, Wrap};
+use fbptr_core::error::Code;
+use fbptr_core::scene::{Filter, MAX_TEXTURE_SIDE, Sampling, Texture, Wrap};
 use std::collections::HashMap;
 use std::sync::Arc;
 

@@ -23,8 +23,8 @@
 use super::image::{AlphaUse, Images, MadeTexture, Source};
 use super::json::Json;
 use crate::load::{LoadError, physical};
-use crate::math::power::pow;
-use crate::scene::{LightingModel, Material};
+use fbptr_core::math::power::pow;
+use fbptr_core::scene::{LightingModel, Material};
 use glam::{DVec2, DVec3};
 
 /// Appearance of a primitive.

@@ -13,8 +13,8 @@ use super::json::Json;
 use super::material::{self, Surface};
 use super::pose::{Morph, Skinning};
 use crate::load::{LoadError, LoadErrorKind};
-use crate::math::matrix::unit;
-use crate::scene::{Corner, Geometry, LightingModel, Material, Mesh, NONE, Sampling, Texture};
+use fbptr_core::math::matrix::unit;
+use fbptr_core::scene::{Corner, Geometry, LightingModel, Material, Mesh, NONE, Sampling, Texture};
 use glam::{DVec2, DVec3, DVec4};
 use std::sync::Arc;
 

@@ -38,8 +38,8 @@ pub use container::MAGIC;
 
 use super::error::short;
 use super::{FilePosition, LoadContext, LoadError, LoadErrorKind, LoadMemory, LoadWarning};
-use crate::scene::{Object, Scene};
 use animation::Channel;
+use fbptr_core::scene::{Object, Scene};
 use glam::DVec3;
 use image::{Images, Source};
 use json::Json;

@@ -14,8 +14,8 @@
 
 use super::json::Json;
 use crate::load::{LoadError, LoadErrorKind};
-use crate::math::matrix::unit;
-use crate::scene::{Attenuation, Camera, Light, LightKind, LookAt, Projection};
+use fbptr_core::math::matrix::unit;
+use fbptr_core::scene::{Attenuation, Camera, Light, LightKind, LookAt, Projection};
 use glam::{DMat4, DQuat, DVec3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 

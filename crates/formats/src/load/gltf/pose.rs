@@ -17,8 +17,8 @@ use super::image::Source;
 use super::json::Json;
 use super::mesh::{self, Primitive, attribute, vertex_attribute};
 use crate::load::{LoadError, LoadErrorKind};
-use crate::math::matrix::unit;
-use crate::scene::Geometry;
+use fbptr_core::math::matrix::unit;
+use fbptr_core::scene::Geometry;
 use glam::{DMat4, DVec3};
 use std::sync::Arc;
 

@@ -6,7 +6,7 @@ use super::json::Json;
 use super::nodes::{self, Node, Transform, quaternion};
 use super::pose::posed;
 use crate::load::{LoadError, LoadErrorKind};
-use crate::scene::{self, Cull, LightingModel, Object, Scene, viewers_light};
+use fbptr_core::scene::{self, Cull, LightingModel, Object, Scene, viewers_light};
 use glam::{DMat4, DVec3};
 
 /// Moments at which an animated scene is measured, to frame it.

@@ -2,8 +2,8 @@
 
 use super::material::encoded;
 use super::*;
-use crate::memory::MemoryBudget;
-use crate::scene::{LightKind, LightingModel, Projection};
+use fbptr_core::memory::MemoryBudget;
+use fbptr_core::scene::{LightKind, LightingModel, Projection};
 use glam::{DVec2, DVec3, DVec4};
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -359,6 +359,6 @@ fn memory_is_reserved_before_it_is_used() {
     let memory = &mut LoadMemory::new(&MemoryBudget::new(10 << 20), u64::MAX);
     let opener = &mut |_: &str| Some(bytes());
     let error = parse_in(text.as_bytes(), "m.gltf", LoadContext { folder: "", opener, memory }).unwrap_err();
-    assert_eq!(error.code(), crate::error::Code::Quota, "{error}");
+    assert_eq!(error.code(), fbptr_core::error::Code::Quota, "{error}");
     assert!(error.to_string().starts_with("m.gltf#/accessors/0: "), "{error}");
 }

@@ -2,7 +2,7 @@
 
 use super::lexer::{Element, ElementKind, FirstUse};
 use super::through_tobj::RawMesh;
-use crate::scene::{Corner, Mesh, NONE};
+use fbptr_core::scene::{Corner, Mesh, NONE};
 use glam::{DVec2, DVec3, DVec4};
 
 /// Fills `mesh` with the used vertices and the elements, both in the file's order.

@@ -27,9 +27,9 @@ mod through_tobj;
 
 use super::mesh::{LoadedMesh, Smoothing, add_normals};
 use super::{FilePosition, LoadError, LoadErrorKind, LoadMemory, LoadWarning, texture};
-use crate::error::Code;
-use crate::memory::Reservation;
-use crate::scene::{Geometry, Mesh, NONE, Texture};
+use fbptr_core::error::Code;
+use fbptr_core::memory::Reservation;
+use fbptr_core::scene::{Geometry, Mesh, NONE, Texture};
 use lexer::{ElementKind, Elements, Lexer};
 use placement::Placement;
 use std::borrow::Cow;

@@ -10,7 +10,7 @@ use super::lines::{Lines, keyword, number, shown, text, words};
 use super::placement::Placement;
 use super::through_tobj::{self, RawMaterial};
 use crate::load::{FilePosition, LoadError, LoadErrorKind, LoadWarning};
-use crate::scene::{LightingModel, Material};
+use fbptr_core::scene::{LightingModel, Material};
 use glam::{DVec2, DVec3};
 use std::collections::HashSet;
 use std::io::Write;

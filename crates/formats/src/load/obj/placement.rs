@@ -3,12 +3,12 @@
 //!
 //! In: a mesh and the options of each material. Out: the mesh with texture coordinates s * uv + o
 //! where a material has such options; faces of other materials that share a coordinate keep theirs.
-//! Clamping is a property of the texture ([`crate::scene::Texture::clamped`]): it ends at 0 and 1
+//! Clamping is a property of the texture ([`fbptr_core::scene::Texture::clamped`]): it ends at 0 and 1
 //! of the coordinates that come out here.
 //!
 //! Source: the MTL format 4.2, "Options for texture map statements".
 
-use crate::scene::{Mesh, NONE};
+use fbptr_core::scene::{Mesh, NONE};
 use glam::DVec2;
 use std::collections::HashMap;
 
@@ -69,7 +69,7 @@ pub(super) fn place(mesh: &mut Mesh, placements: &[Placement]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Corner;
+    use fbptr_core::scene::Corner;
     use glam::DVec3;
 
     #[test]

@@ -4,8 +4,8 @@
 mod materials;
 
 use super::*;
-use crate::error::Code;
-use crate::scene::{Corner, Mesh};
+use fbptr_core::error::Code;
+use fbptr_core::scene::{Corner, Mesh};
 use glam::{DVec2, DVec3, DVec4};
 use proptest::prelude::*;
 

@@ -7,7 +7,7 @@ use super::elements::Elements;
 use super::rows::List;
 use crate::load::LoadErrorKind;
 use crate::load::mesh::PolygonSizes;
-use crate::scene::{Corner, Mesh, NONE};
+use fbptr_core::scene::{Corner, Mesh, NONE};
 use glam::DVec2;
 
 /// Makes the mesh. A file without faces, strips and edges gives points.

@@ -6,7 +6,7 @@
 use super::rows::{self, Edges, Lists, Skipped, Vertices};
 use crate::load::LoadErrorKind;
 use crate::load::error::short;
-use crate::scene::NONE;
+use fbptr_core::scene::NONE;
 use serde_ply::{DeserializeError, ElementDef, PlyFormat, PlyReader, PropertyType, ScalarType};
 use std::cell::Cell;
 use std::io::BufRead;

@@ -1,8 +1,8 @@
 //! PLY files, each with the mesh, or the error with its place and reason, that it must give.
 
 use super::*;
-use crate::memory::MemoryBudget;
-use crate::scene::{Mesh, NONE};
+use fbptr_core::memory::MemoryBudget;
+use fbptr_core::scene::{Mesh, NONE};
 use glam::{DVec2, DVec3, DVec4};
 
 const XYZ: &str = "property float x\nproperty float y\nproperty float z\n";
@@ -186,5 +186,5 @@ fn memory_is_reserved_before_it_is_used() {
     let text = text(&format!("element vertex 1000\n{XYZ}"), &rows);
     let memory = &mut LoadMemory::new(&MemoryBudget::new(100_000), u64::MAX);
     let error = parse(text.as_bytes(), "m.ply", memory, Smoothing::Indices).unwrap_err();
-    assert_eq!(error.code(), crate::error::Code::Quota, "{error}");
+    assert_eq!(error.code(), fbptr_core::error::Code::Quota, "{error}");
 }

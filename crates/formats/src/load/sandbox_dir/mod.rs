@@ -15,7 +15,7 @@ mod tests;
 
 pub use quota::QuotaDir;
 
-use crate::error::{Code, Fault};
+use fbptr_core::error::{Code, Fault};
 use std::fmt;
 use std::fs;
 use std::io::{self, Read, Write};

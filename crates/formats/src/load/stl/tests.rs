@@ -1,7 +1,7 @@
 //! STL files, each with the mesh, or the error with its place and reason, that it must give.
 
 use super::*;
-use crate::memory::MemoryBudget;
+use fbptr_core::memory::MemoryBudget;
 
 const FACET: &str = "facet normal 0 0 1\n outer loop\n  vertex 0 0 0\n  vertex 1 0 0\n  vertex 0 1 0\n \
     endloop\nendfacet\n";
@@ -121,8 +121,8 @@ fn memory_is_reserved_before_it_is_used() {
     let bytes = binary(1000, &[RIGHT; 1000]);
     let memory = &mut LoadMemory::new(&MemoryBudget::new(100_000), u64::MAX);
     let error = parse(&bytes, "m.stl", memory, Smoothing::Indices).unwrap_err();
-    assert_eq!(error.code(), crate::error::Code::Quota, "{error}");
+    assert_eq!(error.code(), fbptr_core::error::Code::Quota, "{error}");
     let text = format!("solid a\n{}endsolid a", FACET.repeat(1000));
     let error = parse(text.as_bytes(), "m.stl", memory, Smoothing::Indices).unwrap_err();
-    assert_eq!(error.code(), crate::error::Code::Quota, "{error}");
+    assert_eq!(error.code(), fbptr_core::error::Code::Quota, "{error}");
 }

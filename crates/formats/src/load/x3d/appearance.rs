@@ -11,7 +11,7 @@ use super::geometry::{ColorUse, Stuff};
 use super::graph::{GraphView, NodeId};
 use super::stages;
 use crate::load::physical;
-use crate::scene::{LightingModel, Material, Sampling, Texture};
+use fbptr_core::scene::{LightingModel, Material, Sampling, Texture};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 

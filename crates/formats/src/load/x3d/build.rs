@@ -19,7 +19,7 @@ use super::validate::Meshes;
 use super::value::Value;
 use super::{texture, unusable, xml};
 use crate::load::{FilePosition, LoadContext, LoadError, LoadErrorKind, gzip};
-use crate::memory::{MemoryUse, Reservation};
+use fbptr_core::memory::{MemoryUse, Reservation};
 use roxmltree::Node as Element;
 use std::collections::HashMap;
 use std::rc::Rc;

@@ -1,8 +1,8 @@
 //! Cameras from Viewpoint and OrthoViewpoint nodes. Source: ISO/IEC 19775-1 clause 23 (Navigation).
 
 use super::graph::{GraphView, NodeId};
-use crate::math::matrix::{rotate, unit};
-use crate::scene::{Camera, LookAt, Projection, frame_along};
+use fbptr_core::math::matrix::{rotate, unit};
+use fbptr_core::scene::{Camera, LookAt, Projection, frame_along};
 use glam::{DMat4, DVec3};
 
 /// Default distance of the near plane.
@@ -83,7 +83,7 @@ fn ortho(
         let (center, half) = (low / 2.0 + high / 2.0, high / 2.0 - low / 2.0);
         // Half the box's extent along each axis of the view.
         let [x, y, z] = axes.map(|a| a.abs().dot(half));
-        let grow = |x: f64| if x > 0.0 { x * crate::scene::FRAME_MARGIN } else { 0.5 };
+        let grow = |x: f64| if x > 0.0 { x * fbptr_core::scene::FRAME_MARGIN } else { 0.5 };
         window = [-grow(x), grow(x), -grow(y), grow(y)];
         look_at.eye = center + axes[2] * (z + 2.0 * near + 1.0);
         look_at.reference = center;

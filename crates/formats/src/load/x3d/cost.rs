@@ -8,7 +8,7 @@ use super::geometry::{elevation, text};
 use super::graph::{Child, GraphView, Node, NodeId};
 use super::schema::NodeType;
 use super::value::Value;
-use crate::scene::{MAX_STAGES, Object, TextureStage};
+use fbptr_core::scene::{MAX_STAGES, Object, TextureStage};
 
 /// Bytes of the XML reader's tables per `<`: an element, the text before it, its name, and its
 /// position in our own tables, all in vectors that are copied as they grow and have up to twice the

@@ -9,7 +9,7 @@ use super::schema::NodeType;
 use super::value::Value;
 use super::{texture, url, validate};
 use crate::load::LoadError;
-use crate::scene::{SkyPictures, Texture};
+use fbptr_core::scene::{SkyPictures, Texture};
 use roxmltree::Node as Element;
 use std::rc::Rc;
 use std::sync::Arc;

@@ -12,8 +12,8 @@
 //! direction are taken in the Billboard's own coordinates. For a viewer on the axis the rotation is
 //! the identity.
 
-use crate::math::matrix::{rotate, unit};
-use crate::scene::Camera;
+use fbptr_core::math::matrix::{rotate, unit};
+use fbptr_core::scene::Camera;
 use glam::{DMat3, DMat4, DVec3};
 
 /// Returns the index of the child that a LOD shows; `None` if it has none.
@@ -60,8 +60,8 @@ fn eye_in(camera: &Camera, model: DMat4) -> Option<DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::matrix::{scale, translate};
-    use crate::scene::LookAt;
+    use fbptr_core::math::matrix::{scale, translate};
+    use fbptr_core::scene::LookAt;
     use std::f64::consts::FRAC_PI_2;
 
     fn from(eye: [f64; 3], up: DVec3) -> Camera {

@@ -20,8 +20,8 @@ use super::graph::{Graph, GraphView, NodeId, Overrides};
 use super::route::{Output, RouteInput};
 use super::shapes::{self, MeshCache};
 use super::{facing, sky, stages};
-use crate::math::matrix::{scale, translate, unit};
-use crate::scene::{Attenuation, Camera, Fog, FogKind, Light, LightKind, Object, Scene};
+use fbptr_core::math::matrix::{scale, translate, unit};
+use fbptr_core::scene::{Attenuation, Camera, Fog, FogKind, Light, LightKind, Object, Scene};
 use glam::{DMat4, DVec3};
 
 /// Most lights of a scene; further ones are left out.

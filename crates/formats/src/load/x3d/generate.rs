@@ -20,8 +20,8 @@
 //! noise function is this project's own (the standard only says "Perlin solid noise", without
 //! parameters).
 
-use crate::math::matrix::unit;
-use crate::scene::{Camera, Mesh};
+use fbptr_core::math::matrix::unit;
+use fbptr_core::scene::{Camera, Mesh};
 use glam::{DMat3, DMat4, DVec2, DVec3};
 
 /// Fields of a generator.
@@ -92,7 +92,7 @@ impl SurfaceFrame {
 
 /// Returns texture coordinates for each corner of a mesh.
 pub(super) fn texcoords(generator: &Generator, mesh: &Mesh, place: &SurfaceFrame) -> Vec<DVec2> {
-    let at = |corner: &crate::scene::Corner| {
+    let at = |corner: &fbptr_core::scene::Corner| {
         let p = mesh.positions[corner.position as usize] * place.size;
         let n = mesh.normals.get(corner.normal as usize).map(|n| *n / place.size);
         let n = n.filter(|n| n.is_finite()).and_then(unit).unwrap_or(DVec3::Z);
@@ -185,12 +185,12 @@ fn gradient(cell: DVec3) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{LookAt, NONE};
+    use fbptr_core::scene::{LookAt, NONE};
 
     /// Returns the coordinates of one corner at `p` with normal `n`, for a camera on +x that looks
     /// at 0 0 0 with y up.
     fn at(mode: Mode, parameter: &[f64], p: DVec3, n: DVec3) -> DVec2 {
-        let corner = crate::scene::Corner { position: 0, normal: 0, texcoord: NONE, color: NONE };
+        let corner = fbptr_core::scene::Corner { position: 0, normal: 0, texcoord: NONE, color: NONE };
         let mesh = Mesh { positions: vec![p], normals: vec![n], corners: vec![corner], ..Mesh::default() };
         let look_at = LookAt { eye: DVec3::X * 5.0, reference: DVec3::ZERO, up: DVec3::Y };
         let camera = Camera { look_at, ..Camera::default() };

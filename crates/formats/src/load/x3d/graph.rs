@@ -4,7 +4,7 @@
 use super::route::Route;
 use super::schema::NodeType;
 use super::value::Value;
-use crate::scene::{SkyPictures, Texture};
+use fbptr_core::scene::{SkyPictures, Texture};
 use std::collections::HashMap;
 use std::sync::Arc;
 

@@ -130,7 +130,7 @@ fn rgb(hsv: DVec3) -> DVec3 {
 /// Returns the unit quaternion of an X3D rotation: axis x y z, angle in radians. A zero axis gives
 /// the identity.
 fn quaternion(r: &[f64]) -> DQuat {
-    let Some(axis) = crate::math::matrix::unit(triple(r)) else { return DQuat::IDENTITY };
+    let Some(axis) = fbptr_core::math::matrix::unit(triple(r)) else { return DQuat::IDENTITY };
     let (sin, cos) = libm::sincos(r[3] / 2.0);
     DQuat::from_xyzw(axis.x * sin, axis.y * sin, axis.z * sin, cos)
 }
@@ -166,7 +166,7 @@ fn orientation(a: &[f64], b: &[f64], s: f64) -> [f64; 4] {
 /// directions define no great circle: the nearer one is returned. A zero vector takes the other's
 /// direction.
 fn normal(a: DVec3, b: DVec3, s: f64) -> DVec3 {
-    let unit = crate::math::matrix::unit;
+    let unit = fbptr_core::math::matrix::unit;
     let (a, b) = match (unit(a), unit(b)) {
         (Some(a), Some(b)) => (a, b),
         (a, b) => return a.or(b).unwrap_or(DVec3::Z),
@@ -247,7 +247,7 @@ impl Spline<'_> {
         match given {
             Some(velocity) if self.normalize => {
                 let total: f64 = self.points.windows(2).map(|w| w[0].distance(w[1])).sum();
-                crate::math::matrix::unit(velocity).map_or(DVec3::ZERO, |unit| unit * total)
+                fbptr_core::math::matrix::unit(velocity).map_or(DVec3::ZERO, |unit| unit * total)
             }
             Some(velocity) => velocity,
             None if i > 0 && i < n - 1 => (self.points[i + 1] - self.points[i - 1]) / 2.0,

@@ -62,7 +62,7 @@ mod xml;
 mod defaults;
 
 use super::{LoadContext, LoadError, LoadMemory, LoadWarning};
-use crate::scene::{Camera, Scene};
+use fbptr_core::scene::{Camera, Scene};
 use graph::{Graph, GraphView, Overrides};
 use kept::Kept;
 use shapes::MeshCache;

@@ -5,7 +5,7 @@ use super::generate::{self, Generator, SurfaceFrame};
 use super::geometry::{self, Built, ColorUse, Fault, Stuff};
 use super::graph::{GraphView, NodeId};
 use super::stages;
-use crate::scene::{Camera, Geometry, Mesh, Object, Style};
+use fbptr_core::scene::{Camera, Geometry, Mesh, Object, Style};
 use glam::{DMat4, DVec3};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -162,7 +162,7 @@ pub(super) fn object(
     let size = solid_size(view, parts.geometry).unwrap_or(DVec3::ONE);
     let place = SurfaceFrame::new(size, model, viewer);
     let model = match solid_size(view, parts.geometry) {
-        Some(size) if size.min_element() > 0.0 => model * crate::math::matrix::scale(size),
+        Some(size) if size.min_element() > 0.0 => model * fbptr_core::math::matrix::scale(size),
         Some(_) => return None,
         None => model,
     };
@@ -184,7 +184,7 @@ pub(super) fn object(
         model,
         material: appearance.material,
         back_material: appearance.back,
-        cull: if is_solid { crate::scene::Cull::Back } else { crate::scene::Cull::None },
+        cull: if is_solid { fbptr_core::scene::Cull::Back } else { fbptr_core::scene::Cull::None },
         two_sided_lighting: !is_solid,
         shade: None,
         texture: appearance.texture,

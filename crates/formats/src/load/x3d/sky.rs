@@ -6,8 +6,8 @@
 //! Background and have no other effect. `transparency` applies to the whole background.
 
 use super::graph::{GraphView, NodeId};
-use crate::math::matrix::unit;
-use crate::scene::{Background, Band, Sky, SkyPictures};
+use fbptr_core::math::matrix::unit;
+use fbptr_core::scene::{Background, Band, Sky, SkyPictures};
 use glam::{DMat3, DMat4, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -65,7 +65,7 @@ fn turn(model: DMat4) -> DMat3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::matrix::{rotate, scale, translate};
+    use fbptr_core::math::matrix::{rotate, scale, translate};
 
     #[test]
     fn colours_go_with_their_angles() {

@@ -15,7 +15,7 @@ use super::appearance::TextureMap;
 use super::generate::{self, Generator, Mode, SurfaceFrame};
 use super::geometry::vec2s;
 use super::graph::{GraphView, NodeId};
-use crate::scene::{
+use fbptr_core::scene::{
     FillStyle, Hatch, LineKind, LineStyle, MAX_STAGES, Mesh, Sampling, StageFunction, StageMode, StageSource,
     TextureStage, TextureStages, Wrap,
 };
@@ -107,8 +107,9 @@ fn texcoords(
         Some(list) => list,
         None => mesh.texcoords.clone(),
     };
-    let at =
-        |corner: &crate::scene::Corner| list.get(corner.texcoord as usize).copied().unwrap_or(DVec2::ZERO);
+    let at = |corner: &fbptr_core::scene::Corner| {
+        list.get(corner.texcoord as usize).copied().unwrap_or(DVec2::ZERO)
+    };
     mesh.corners.iter().map(|c| mapped(at(c))).collect()
 }
 

@@ -3,10 +3,10 @@
 use super::build::Opener;
 use super::external_refs::READ_FROM;
 use super::url;
-use crate::error::Code;
 use crate::load::texture::decode_within;
 use crate::load::{LoadErrorKind, LoadMemory};
-use crate::scene::{MAX_TEXTURE_SIDE, Texture};
+use fbptr_core::error::Code;
+use fbptr_core::scene::{MAX_TEXTURE_SIDE, Texture};
 use std::collections::HashMap;
 use std::fmt;
 use std::sync::Arc;

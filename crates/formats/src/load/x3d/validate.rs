@@ -11,7 +11,7 @@ use super::graph::{GraphView, NodeId, Origin, Overrides};
 use super::shapes::{self, MeshCache, ShapeKey};
 use super::stages;
 use crate::load::{LoadError, LoadErrorKind};
-use crate::scene::{MAX_STAGES, StageMode};
+use fbptr_core::scene::{MAX_STAGES, StageMode};
 
 /// Most faces of Text and Extrusion nodes, of grids that lack heights, and of geometries in
 /// instances of prototypes, in one scene.

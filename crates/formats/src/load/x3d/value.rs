@@ -5,7 +5,7 @@
 //!
 //! Source: ISO/IEC 19775-1 clause 5, ISO/IEC 19776-1 clause 5.
 
-use crate::cancel::{CancelToken, NEVER};
+use fbptr_core::cancel::{CancelToken, NEVER};
 use std::sync::Arc;
 
 /// Numbers of a list between two checks of the token.

@@ -5,8 +5,8 @@
 //! refuses what would take unbounded time or memory (nesting, attributes of one element,
 //! namespaces, entities that expand).
 
-use crate::cancel::CancelToken;
 use crate::load::{FilePosition, LoadError, LoadErrorKind};
+use fbptr_core::cancel::CancelToken;
 
 /// Deepest nesting of elements, Inline files included.
 pub(super) const MAX_DEPTH: usize = 256;

@@ -9,7 +9,7 @@
 //! (chunk names).
 
 use super::{FrameWriter, Growing, Ticks, changed_box, cut_rgb};
-use crate::memory::VideoMemory;
+use fbptr_core::memory::VideoMemory;
 use image::ImageEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use std::io;

@@ -8,7 +8,7 @@
 
 use super::quantize::indexed;
 use super::{FrameWriter, Growing, Ticks, changed_box, cut_rgb};
-use crate::memory::VideoMemory;
+use fbptr_core::memory::VideoMemory;
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
 use std::io;
 

@@ -20,7 +20,7 @@ pub use numbered::numbered_path;
 
 use super::SaveError;
 use super::temporary::{create_beside, remove_leftovers_beside};
-use crate::memory::VideoMemory;
+use fbptr_core::memory::VideoMemory;
 use std::fs::{self, File};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};

@@ -1,8 +1,8 @@
 //! Numbered PNG files, one per frame.
 
 use super::FrameWriter;
-use crate::memory::VideoMemory;
 use crate::save::{atomically, png};
+use fbptr_core::memory::VideoMemory;
 use std::io;
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,5 @@
 use super::*;
-use crate::memory::Rgba;
+use fbptr_core::memory::Rgba;
 use image::AnimationDecoder;
 use image::codecs::gif::GifDecoder;
 use image::codecs::png::PngDecoder;

@@ -6,7 +6,7 @@
 //! with R and kr.
 
 use super::FrameWriter;
-use crate::memory::VideoMemory;
+use fbptr_core::memory::VideoMemory;
 use std::io::{self, Write};
 
 /// Writer of a y4m stream.

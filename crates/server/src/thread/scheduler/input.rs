@@ -6,8 +6,8 @@
 //! deadline. Tested by the latencies of `benches/socket.rs`.
 
 use super::{INTERACTIVE_AT_ONCE, INTERACTIVE_EVERY, Scheduler};
-use crate::server::message::Finish;
-use crate::server::transport::Next;
+use crate::message::Finish;
+use crate::transport::Next;
 use crossbeam_channel::select;
 use std::time::{Duration, Instant};
 

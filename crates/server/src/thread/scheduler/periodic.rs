@@ -7,11 +7,11 @@
 //! beside it.
 
 use super::Scheduler;
-use crate::server::VerbCounts;
-use crate::server::message::{Finish, Id};
-use crate::server::metrics;
-use crate::server::thread::connection::{ClosingConnection, Connection};
-use crate::server::thread::{CLOSE_WITHIN, HANG_UP_WITHIN, IDLE_SCAN_EVERY};
+use crate::VerbCounts;
+use crate::message::{Finish, Id};
+use crate::metrics;
+use crate::thread::connection::{ClosingConnection, Connection};
+use crate::thread::{CLOSE_WITHIN, HANG_UP_WITHIN, IDLE_SCAN_EVERY};
 use std::time::{Duration, Instant};
 
 impl Scheduler {

@@ -6,9 +6,9 @@
 //! Tested by `tests/serving/display.rs` and `tests/serving/fairness.rs`.
 
 use super::Scheduler;
-use crate::server::Pace;
-use crate::server::message::Id;
-use crate::server::thread::connection::Connection;
+use crate::Pace;
+use crate::message::Id;
+use crate::thread::connection::Connection;
 
 impl Scheduler {
     /// Takes the connection that runs next from its queue, with its pace. While the display is

@@ -11,7 +11,7 @@ use super::super::tiles::TILE;
 use super::super::wire::Request;
 use super::super::{MAX_VIEWERS, WebTarget};
 use super::{Connection, EventLoop, Member};
-use crate::server::message::Message;
+use crate::message::Message;
 use std::time::Instant;
 
 /// The depth of a pixel for a viewer.

@@ -2,8 +2,8 @@
 //! give.
 
 use super::*;
-use crate::memory::MemoryBudget;
-use crate::scene::{LightingModel, Material};
+use fbptr_core::memory::MemoryBudget;
+use fbptr_core::scene::{LightingModel, Material};
 
 /// Returns a file with one face of each named material.
 fn faces_of(names: &[&str]) -> String {

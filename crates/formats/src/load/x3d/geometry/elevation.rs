@@ -5,7 +5,7 @@ use super::faces::finish;
 use super::normals::push;
 use super::vertices::Vertices;
 use super::{Built, MAX_MADE_FACES, Result, too_few};
-use crate::scene::{Corner, Mesh, NONE};
+use fbptr_core::scene::{Corner, Mesh, NONE};
 use glam::{DVec2, DVec3};
 
 /// Returns the number of heights along x and z.

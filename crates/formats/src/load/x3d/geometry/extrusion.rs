@@ -8,8 +8,8 @@ use super::super::graph::{GraphView, NodeId};
 use super::normals::{push, smooth};
 use super::vertices::{vec2s, vec3s};
 use super::{Built, MAX_MADE_FACES, Result, too_big};
-use crate::math::matrix::{rotate, unit};
-use crate::scene::{Corner, Mesh, NONE};
+use fbptr_core::math::matrix::{rotate, unit};
+use fbptr_core::scene::{Corner, Mesh, NONE};
 use glam::{DMat3, DMat4, DVec2, DVec3};
 
 /// Builds an Extrusion: a quad for each segment of the cross-section and of the spine, and the

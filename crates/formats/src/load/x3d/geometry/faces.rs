@@ -4,7 +4,7 @@ use super::super::graph::{GraphView, NodeId};
 use super::normals::{default_texcoords, push, smooth};
 use super::vertices::{Vertices, runs};
 use super::{Built, Result, too_few};
-use crate::scene::{Corner, Mesh, NONE};
+use fbptr_core::scene::{Corner, Mesh, NONE};
 use std::f64::consts::PI;
 
 /// Builds a triangle set, fan or strip, indexed or not. Missing normals are smooth across shared

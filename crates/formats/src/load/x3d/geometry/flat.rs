@@ -4,7 +4,7 @@ use super::super::graph::{GraphView, NodeId};
 use super::normals::{default_texcoords, smooth};
 use super::vertices::vec2s;
 use super::{Built, Stuff};
-use crate::scene::{Corner, Mesh, NONE};
+use fbptr_core::scene::{Corner, Mesh, NONE};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 

@@ -3,7 +3,7 @@
 use super::super::graph::{GraphView, NodeId};
 use super::vertices::{Vertices, runs};
 use super::{Built, ColorUse, Result, Stuff, too_few};
-use crate::scene::{Corner, Mesh, NONE};
+use fbptr_core::scene::{Corner, Mesh, NONE};
 
 /// Returns a mesh with a geometry's vertices, without corners.
 fn start(vertices: Vertices) -> Built {

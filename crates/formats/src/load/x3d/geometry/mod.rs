@@ -25,7 +25,7 @@ pub(super) use vertices::vec2s;
 
 use super::graph::{GraphView, NodeId};
 use crate::load::LoadErrorKind;
-use crate::scene::Mesh;
+use fbptr_core::scene::Mesh;
 
 /// Most faces that one Text or Extrusion, or a grid that lacks heights, may have.
 const MAX_MADE_FACES: u64 = 1 << 20;

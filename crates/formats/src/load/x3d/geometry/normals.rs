@@ -1,9 +1,9 @@
 //! Default normals from the faces, and default texture coordinates from the bounding box.
 
-use crate::math::matrix::unit;
-use crate::math::polygon::newell_normal;
-use crate::math::sort3;
-use crate::scene::{Corner, Mesh, NONE};
+use fbptr_core::math::matrix::unit;
+use fbptr_core::math::polygon::newell_normal;
+use fbptr_core::math::sort3;
+use fbptr_core::scene::{Corner, Mesh, NONE};
 use glam::{DVec2, DVec3};
 
 /// Most faces at one position for which a crease angle between 0 and pi is evaluated; above it,

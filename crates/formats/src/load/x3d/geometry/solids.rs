@@ -3,7 +3,7 @@
 
 use super::super::graph::{GraphView, NodeId};
 use super::Built;
-use crate::scene::shapes::{self, RevolvedParts};
+use fbptr_core::scene::shapes::{self, RevolvedParts};
 use glam::DVec3;
 
 /// Builds a solid of unit size.

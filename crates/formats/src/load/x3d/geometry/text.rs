@@ -6,8 +6,8 @@
 
 use super::super::graph::{GraphView, NodeId};
 use super::{Built, MAX_MADE_FACES, Result, too_big};
-use crate::draw2d::font::{CELL, glyph};
-use crate::scene::{Corner, Mesh, NONE};
+use fbptr_core::draw2d::font::{CELL, glyph};
+use fbptr_core::scene::{Corner, Mesh, NONE};
 use glam::{DVec2, DVec3};
 
 /// Part of a cell above the baseline; its descent is the part below.

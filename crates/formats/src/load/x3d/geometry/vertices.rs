@@ -2,7 +2,7 @@
 
 use super::super::graph::{GraphView, NodeId};
 use super::{ColorUse, Fault, Result, index};
-use crate::scene::NONE;
+use fbptr_core::scene::NONE;
 use glam::{DVec2, DVec3, DVec4};
 
 /// Splits a list into vectors of three.
