@@ -69,20 +69,23 @@ impl Place {
         let inside: Vec<&Source> = sources.iter().filter(|s| s.module().starts_with(&path)).collect();
         let parts: BTreeSet<String> = inside.iter().filter_map(|s| s.module().get(depth).cloned()).collect();
         let root = inside.iter().find(|s| s.module().len() == depth).map_or("", |s| &s.text);
-        let reexports = reexports(root, &parts).into_iter().collect();
+        let named = parts.iter().cloned().chain(["fbptr_engine".to_owned()]).collect();
+        let reexports = reexports(root, &named).into_iter().collect();
         Place { path, edges, parts, reexports }
     }
 
-    /// Returns the part that a path names; `None` outside of this place. An item of the root itself
+    /// Returns the part that a path names; `None` outside of this place, and for what its root has from
+    /// another crate. An item of the root itself
     /// counts as the part `(root)`, which no list allows.
     fn part_of(&self, path: &[String]) -> Option<String> {
         let inside = path.strip_prefix(self.path.as_slice())?;
         let own = "(root)".to_owned();
-        Some(match inside.first() {
+        let part = match inside.first() {
             Some(part) if self.parts.contains(part) => part.clone(),
             Some(item) => self.reexports.get(item).cloned().unwrap_or(own),
             None => own,
-        })
+        };
+        (part != "fbptr_engine").then_some(part)
     }
 
     fn name(&self, part: &str) -> String {

@@ -3,7 +3,7 @@
 //! No I/O: bytes come in as slices, commands go out as values. A typed [`Command`] is both what the
 //! in-process handle sends and what the decoder produces from a stream.
 #![forbid(unsafe_code)]
-#![warn(missing_docs)]
+#![deny(missing_docs)]
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
 

@@ -17,7 +17,7 @@
 //! | 2 | [`pipeline`] | 3-D: the numbered stages, the fast path, the error budget |
 //! | 2 | [`eye`] | the N-dimensional eye |
 #![deny(unsafe_code)]
-#![warn(missing_docs)]
+#![deny(missing_docs)]
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
 

@@ -6,7 +6,7 @@
 //! | `window` | frames on the screen, of a server, of the viewer or of a program; alone knows minifb |
 //! | `fbdev` | the emulated `/dev/fb0` of `fbptr run`: its shared memories, scan-out, input devices |
 #![forbid(unsafe_code)]
-#![warn(missing_docs)]
+#![deny(missing_docs)]
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
 

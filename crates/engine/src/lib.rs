@@ -4,7 +4,7 @@
 //! reply bytes, and events for the engine's observers. It has every verb and the error budget, and
 //! needs no thread: it also runs as WebAssembly.
 #![forbid(unsafe_code)]
-#![warn(missing_docs)]
+#![deny(missing_docs)]
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
 

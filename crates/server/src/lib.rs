@@ -4,7 +4,7 @@
 //! replies, frames on the display, snapshots, recordings, metrics. [`RenderThread`] alone owns the
 //! [`Engine`] and the video memory; all other threads send it messages.
 #![forbid(unsafe_code)]
-#![warn(missing_docs)]
+#![deny(missing_docs)]
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
 

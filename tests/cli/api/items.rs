@@ -88,7 +88,8 @@ fn read_item(lines: &[&str], at: usize) -> Item {
         .take_while(|line| line.starts_with("#[") || line.starts_with("///"))
         .copied()
         .collect();
-    let is_hidden = attributes.contains(&"#[doc(hidden)]");
+    // A module at another path has its file outside of the crate's sources.
+    let is_hidden = attributes.iter().any(|line| *line == "#[doc(hidden)]" || line.starts_with("#[path = "));
     let derives = attributes.iter().find(|line| line.starts_with("#[derive("));
     let mut signature = derives.map_or_else(String::new, |line| format!("{line} "));
     signature += &declaration(&lines[at..]);

@@ -52,10 +52,44 @@ const ENGINE: Edges = &[
             "workers",
         ],
     ),
+    ("stream", &["budget", "clock", "engine", "session"]),
 ];
 
 /// Imports between the parts of `fbptr-server`.
-const SERVER: Edges = &[];
+const SERVER: Edges = &[
+    ("message", &["buffer_pool", "reply_queue"]),
+    ("jobs", &["message"]),
+    ("client", &["message"]),
+    ("transport", &["admission", "buffer_pool", "message", "reply_queue"]),
+    ("display", &["events"]),
+    ("metrics", &["admission", "http"]),
+    ("web", &["admission", "display", "http", "message", "metrics", "transport"]),
+    ("replay", &["record"]),
+    ("playback", &["record", "replay"]),
+    ("player", &["message", "record", "thread", "transport"]),
+    ("snapshots", &["message", "thread"]),
+    (
+        "thread",
+        &[
+            "admission",
+            "buffer_pool",
+            "client",
+            "display",
+            "events",
+            "jobs",
+            "message",
+            "metrics",
+            "record",
+            "replay",
+            "reply_queue",
+            "shared_file",
+            "sniff",
+            "transport",
+            "web",
+        ],
+    ),
+    ("serve", &["admission", "client", "message", "metrics", "thread", "transport", "web"]),
+];
 
 /// Imports between the parts of the eye.
 const EYE: Edges = &[
