@@ -52,6 +52,7 @@ impl MeshFormat {
     }
 
     /// Returns the format of a file of `length` bytes that begins with `first`, if that tells it.
+    #[doc(hidden)]
     pub fn recognize(first: &[u8], length: u64) -> Option<MeshFormat> {
         match first {
             _ if super::ply::is_ply(first) => Some(MeshFormat::Ply),

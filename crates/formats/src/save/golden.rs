@@ -1,8 +1,8 @@
 //! Golden-image tests: comparison of a frame with a reference PNG.
 //!
 //! ```no_run
-//! use fbptr::memory::VideoMemory;
-//! use fbptr::save::golden::{Tolerance, assert_golden};
+//! use fbptr_core::memory::VideoMemory;
+//! use fbptr_formats::save::golden::{Tolerance, assert_golden};
 //!
 //! let frame = VideoMemory::new(64, 64).unwrap();
 //! assert_golden(&frame, "tests/golden/black.png", Tolerance::EXACT);

@@ -19,6 +19,7 @@ pub(crate) use atomic::is_link;
 pub use atomic::{atomically, replace};
 pub use formats::{SnapshotFormat, check_depth_path, crc32, depth_to_path, pfm, png, ppm, raw, to_path};
 pub use movie::{MOVIE_ENDINGS, Movie, MovieFormat, numbered_path};
+#[doc(hidden)]
 pub use read::read_frame;
 pub(crate) use read_file::read_input;
 pub(crate) use read_file::{open_regular, read_regular};
@@ -33,6 +34,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// Returns the folder of a file to be written, if it does not exist.
+#[doc(hidden)]
 pub fn missing_folder(path: &Path) -> Option<&Path> {
     path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir())
 }

@@ -33,6 +33,7 @@ mod scenes;
 #[cfg(test)]
 mod tests;
 
+#[doc(hidden)]
 pub use container::MAGIC;
 
 use super::error::short;
