@@ -40,13 +40,13 @@ pub fn replace(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>
 }
 
 /// Returns whether `path` is a symbolic link that leads to no open descriptor.
-pub(crate) fn is_link(path: &Path) -> bool {
+pub fn is_link(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok_and(|meta| meta.is_symlink()) && !is_descriptor(path)
 }
 
 /// Begins a new file at `path`, in the place of what was there, for bytes that follow one after the
 /// other. Special files are opened as [`atomically`] does.
-pub(crate) fn begin(path: &Path) -> io::Result<File> {
+pub fn begin(path: &Path) -> io::Result<File> {
     if let Some(file) = open_special(path)? {
         return Ok(file);
     }
@@ -94,7 +94,7 @@ fn fill(file: File, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io:
     out.into_inner().map_err(|e| e.into_error())
 }
 
-#[cfg(all(test, unix, feature = "movies"))]
+#[cfg(all(test, unix))]
 mod tests {
     use super::*;
     use std::io::Read;

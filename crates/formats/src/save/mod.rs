@@ -14,15 +14,15 @@ mod read_file;
 mod rgba;
 mod temporary;
 
-pub(crate) use atomic::begin;
-pub(crate) use atomic::is_link;
+pub use atomic::begin;
+pub use atomic::is_link;
 pub use atomic::{atomically, replace};
 pub use formats::{SnapshotFormat, check_depth_path, crc32, depth_to_path, pfm, png, ppm, raw, to_path};
 pub use movie::{MOVIE_ENDINGS, Movie, MovieFormat, numbered_path};
 #[doc(hidden)]
 pub use read::read_frame;
-pub(crate) use read_file::read_input;
-pub(crate) use read_file::{open_regular, read_regular};
+pub use read_file::read_input;
+pub use read_file::{open_regular, read_regular};
 pub(crate) use rgba::rgba8;
 #[cfg(unix)]
 pub(crate) use temporary::{hold, temporary_name};

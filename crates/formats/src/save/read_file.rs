@@ -13,7 +13,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// If there is something else, which is named, or the system reports an error.
-pub(crate) fn open_regular(path: &Path, options: &mut OpenOptions) -> io::Result<File> {
+pub fn open_regular(path: &Path, options: &mut OpenOptions) -> io::Result<File> {
     #[cfg(unix)]
     {
         use rustix::fs::OFlags;
@@ -63,7 +63,7 @@ fn kind_of(meta: &Metadata) -> &'static str {
 ///
 /// # Errors
 /// As [`open_regular`], or if it has more than `limit` bytes.
-pub(crate) fn read_regular(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
+pub fn read_regular(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     read_all(open_regular(path, OpenOptions::new().read(true))?, limit)
 }
 
@@ -71,7 +71,7 @@ pub(crate) fn read_regular(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
 ///
 /// # Errors
 /// If it has more than `limit` bytes, or the system reports an error.
-pub(crate) fn read_input(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
+pub fn read_input(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     read_all(File::open(path)?, limit)
 }
 
@@ -90,7 +90,7 @@ fn read_all(file: File, limit: u64) -> io::Result<Vec<u8>> {
     }
 }
 
-#[cfg(all(test, unix, feature = "cli"))]
+#[cfg(all(test, unix))]
 mod tests {
     use super::*;
     use std::os::unix::fs::symlink;
