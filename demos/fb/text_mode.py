@@ -13,7 +13,7 @@ NAMES += ["light green", "light cyan", "light red", "light magenta", "yellow", "
 
 def glyphs():
     """Reads the font's pictures: bands of eight characters, eight rows each."""
-    folder = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../src/draw2d")
+    folder = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../crates/core/src/draw2d")
     with open(os.path.join(folder, "cp437.txt"), encoding="utf-8") as file:
         beyond = file.read()
     with open(os.path.join(folder, "font8x8.txt"), encoding="utf-8") as file:

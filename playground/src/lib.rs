@@ -11,7 +11,7 @@ mod player;
 
 pub use player::{LIMITS, Player, State, View};
 
-use fbptr::server::Pace;
+use fbptr_engine::Pace;
 use std::cell::RefCell;
 
 /// One instance, as the host sees it.

@@ -6,7 +6,7 @@ use fbptr::glam::DVec3;
 use fbptr::memory::VideoMemory;
 use fbptr::pipeline::trace::Probe;
 use fbptr::scene::{Camera, ViewOverrides};
-use fbptr::server::{
+use fbptr_engine::{
     Audience, Budget, Engine, Limits, Notice, Output, Pace, Session, Stream, StreamState, stated_size,
 };
 use serde_json::{Value, json};

@@ -8,7 +8,7 @@
 #[path = "../../tests/lean/src/files.rs"]
 mod files;
 
-use fbptr::server::Pace;
+use fbptr_engine::Pace;
 use fbptr_playground::{Player, View};
 use files::files;
 use std::error::Error;

@@ -58,7 +58,7 @@ def _rgba(value):
     """Returns the four bytes of a colour: 3 or 4 bytes, or "rrggbb", "rrggbbaa", "gg" in hex."""
     if isinstance(value, str):
         value = bytes.fromhex(value * 3 if len(value) == 2 else value)
-    data = bytes(value)
+    data = _bytes(value)
     if len(data) not in (3, 4):
         raise ValueError("a colour has 3 or 4 bytes, not %d" % len(data))
     return data + b"\xff" if len(data) == 3 else data
@@ -68,11 +68,16 @@ def _bytes(data):
     """Returns the bytes of a payload: text as UTF-8, an array's memory, bytes unchanged."""
     if isinstance(data, str):
         return data.encode("utf-8")
-    return data.tobytes() if hasattr(data, "tobytes") else bytes(data)
+    if hasattr(data, "tobytes"):
+        return data.tobytes()
+    if hasattr(data, "__index__"):
+        # `bytes` would make that many zeros.
+        raise TypeError("expected bytes, text or an array of bytes, got %s" % type(data).__name__)
+    return bytes(data)
 
 
 def _hex(data):
-    return data if isinstance(data, str) else bytes(data).hex()
+    return data if isinstance(data, str) else _bytes(data).hex()
 
 
 def _run(rgba):
@@ -760,7 +765,7 @@ class Client(Verbs):
 
     def blit(self, x, y, w, h, rgba):
         """Writes w x h pixels of RGBA bytes (or a numpy array of h x w x 4 bytes) at (x, y)."""
-        data = rgba.tobytes() if hasattr(rgba, "tobytes") else bytes(rgba)
+        data = _bytes(rgba)
         if len(data) != w * h * 4:
             raise ValueError("%d x %d pixels are %d bytes, not %d" % (w, h, w * h * 4, len(data)))
         self.command("BLIT", x, y, w, h, payload=data)
@@ -790,7 +795,7 @@ class Client(Verbs):
 
         Lines stay below the protocol's 4,096 bytes.
         """
-        data = bytes(data)
+        data = _bytes(data)
         for at in range(0, len(data), 1024):
             self.command("POKE", offset + at, data[at : at + 1024].hex())
 

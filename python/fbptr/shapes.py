@@ -73,6 +73,9 @@ def obj(source: Source) -> Mesh:
     if isinstance(source, os.PathLike) or isinstance(source, str) and "\n" not in source:
         with open(source, "rb") as file:
             source = file.read()
+    if hasattr(source, "__index__") and not hasattr(source, "tobytes"):
+        # `bytes` would make that many zeros.
+        raise TypeError("expected the bytes or the text of an OBJ file, or a path, got %r" % (source,))
     return Mesh("OBJ", data=source.encode() if isinstance(source, str) else bytes(source))
 
 

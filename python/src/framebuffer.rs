@@ -6,6 +6,7 @@ use crate::access::{Length, Shared, State};
 use crate::arguments;
 use crate::errors::{self, Refused};
 use crate::offsets::{self, Place};
+use crate::paths::FilePath;
 use crate::scene::os_error;
 use crate::slots::{Form, forms};
 use crate::view;
@@ -24,7 +25,6 @@ use pyo3::ffi;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 use std::ffi::c_int;
-use std::path::PathBuf;
 
 /// Most 3-D draws that `trace` and `explain` look back on.
 const LOGGED_DRAWS: usize = 256;
@@ -120,7 +120,7 @@ impl Framebuffer {
         py: Python<'_>,
         width: u32,
         height: u32,
-        files: Option<PathBuf>,
+        files: Option<FilePath>,
         threads: usize,
     ) -> PyResult<Self> {
         let limits = Limits {
@@ -250,7 +250,7 @@ impl Framebuffer {
     }
 
     /// Writes the frame to a file: .png, .ppm or .raw; or its depth: .pfm.
-    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+    fn save(&self, py: Python<'_>, path: FilePath) -> PyResult<()> {
         let is_depth = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("pfm"));
         let saved = self.shared.with(py, Length::Long, |state| match (is_depth, state.engine.depth()) {
             (false, _) => save::to_path(state.engine.memory(), &path),
@@ -304,10 +304,10 @@ impl Framebuffer {
     }
 
     /// Compares the frame with a golden picture; the difference may have this size.
-    fn _golden(&self, py: Python<'_>, path: PathBuf, per_channel: u8, pixels: u64) -> PyResult<()> {
+    fn _golden(&self, py: Python<'_>, path: FilePath, per_channel: u8, pixels: u64) -> PyResult<()> {
         let checked = self.shared.with(py, Length::Long, |state| {
             let tolerance = golden::Tolerance { per_channel, pixels };
-            golden::check(state.engine.memory(), &path, tolerance, golden::Mode::from_env())
+            golden::check(state.engine.memory(), &*path, tolerance, golden::Mode::from_env())
         })?;
         checked.map_err(|e| PyAssertionError::new_err(e.to_string()))
     }
@@ -361,7 +361,7 @@ impl Framebuffer {
     }
 
     /// Runs LOAD with this folder in place of the framebuffer's own.
-    fn _load(&self, py: Python<'_>, folder: PathBuf, line: &str) -> PyResult<()> {
+    fn _load(&self, py: Python<'_>, folder: FilePath, line: &str) -> PyResult<()> {
         let opened = SandboxDir::open(&folder);
         let opened = opened.map_err(|e| PyOSError::new_err(format!("{}: {e}", folder.display())))?;
         let command = fbptr::command::Command::parse(line.as_bytes(), None);

@@ -14,6 +14,7 @@ mod framebuffer;
 mod items;
 mod movie;
 mod offsets;
+mod paths;
 mod scene;
 mod slots;
 mod view;

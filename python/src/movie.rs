@@ -4,10 +4,10 @@
 
 use crate::errors::poisoned;
 use crate::framebuffer::Framebuffer;
+use crate::paths::FilePath;
 use fbptr::save;
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
-use std::path::PathBuf;
 use std::sync::Mutex;
 
 /// A movie that is being written.
@@ -20,7 +20,7 @@ pub struct Movie {
 #[pymethods]
 impl Movie {
     #[new]
-    fn new(path: PathBuf, width: u32, height: u32, rate: f64) -> PyResult<Self> {
+    fn new(path: FilePath, width: u32, height: u32, rate: f64) -> PyResult<Self> {
         let movie = save::Movie::create(&path, width, height, rate)
             .map_err(|e| PyValueError::new_err(e.to_string()))?;
         Ok(Movie { movie: Mutex::new(Some(movie)), size: [width, height] })

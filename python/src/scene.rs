@@ -4,6 +4,7 @@
 //! folder), and the options of its frames. Out: pixels, CRCs, files that are whole or absent. The
 //! interpreter's lock is released while a frame is drawn; calls of several threads take turns.
 
+use crate::paths::FilePath;
 use fbptr::animation::{
     Animation, FrameError, FrameOptions, LoadedScene, SceneFile, SceneFormat, SceneSource,
 };
@@ -24,8 +25,8 @@ use std::sync::{Mutex, MutexGuard};
 
 /// Largest file that a scene may read, in bytes.
 const MAX_BYTES: u64 = 4 << 30;
-/// Angle up to which the edges of meshes without normals are smooth, that of `fbptr render`.
-const SMOOTH_DEG: f64 = 60.0;
+/// Which edges of meshes without normals are smooth, as for `fbptr render`.
+const SMOOTHING: Smoothing = Smoothing::Automatic;
 
 /// Files by name; None for those that are missing.
 type Files = BTreeMap<String, Option<Vec<u8>>>;
@@ -93,7 +94,7 @@ fn read(
         asked.insert(name.to_owned(), found.clone());
         found
     };
-    let smoothing = Smoothing::Angle(SMOOTH_DEG.to_radians());
+    let smoothing = SMOOTHING;
     let memory = LoadMemory::unlimited();
     let source = SceneSource { bytes, format, name, folder: "", opener: &mut opener, smoothing, memory };
     let loaded = SceneFile::read(source)?;
@@ -134,7 +135,7 @@ impl Scene {
         data: Vec<u8>,
         format: &str,
         name: &str,
-        folder: Option<PathBuf>,
+        folder: Option<FilePath>,
         files: Option<Files>,
         frames: u32,
         fps: f64,
@@ -195,7 +196,7 @@ impl Scene {
         let stem = std::path::Path::new(name).file_stem().map(|n| n.to_string_lossy().into_owned());
         let animation = Animation::new(file, stem.unwrap_or_default(), options).map_err(value_error)?;
         // The text of the arguments that `fbptr render` has beside these, at their defaults.
-        let more = format!("{:?} {:?}", Smoothing::Angle(SMOOTH_DEG.to_radians()), None::<f64>);
+        let more = format!("{:?} {:?}", SMOOTHING, None::<f64>);
         let (size, recipe) = (animation.size(), animation.recipe(crc, &more));
         VideoMemory::new(size[0], size[1]).map_err(value_error)?;
         let pool = worker_pool((threads != 0).then_some(threads)).filter(|_| threads != 1);
@@ -261,7 +262,7 @@ impl Scene {
 
     /// Writes a frame to a file, whole or not at all. Returns the CRC-32 of its pixels, the file's
     /// length in bytes and the CRC-32 of the file's bytes.
-    fn write(&self, py: Python<'_>, frame: u32, path: PathBuf) -> PyResult<(u32, u64, u32)> {
+    fn write(&self, py: Python<'_>, frame: u32, path: FilePath) -> PyResult<(u32, u64, u32)> {
         let format = SnapshotFormat::of_path(&path).map_err(value_error)?;
         let memory = self.draw(py, frame)?;
         py.detach(|| {
@@ -275,12 +276,12 @@ impl Scene {
 
 /// Writes bytes to a file, whole or not at all.
 #[pyfunction]
-pub fn write_file(py: Python<'_>, path: PathBuf, data: Vec<u8>) -> PyResult<()> {
+pub fn write_file(py: Python<'_>, path: FilePath, data: Vec<u8>) -> PyResult<()> {
     py.detach(|| save::atomically(&path, |out| out.write_all(&data)).map_err(|e| os_error(&e, &path)))
 }
 
 /// Removes the unfinished files that killed processes left in a folder, and none of a living one.
 #[pyfunction]
-pub fn remove_leftovers(py: Python<'_>, folder: PathBuf) {
+pub fn remove_leftovers(py: Python<'_>, folder: FilePath) {
     py.detach(|| save::remove_leftovers_in(&folder));
 }

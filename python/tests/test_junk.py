@@ -46,3 +46,31 @@ def test_junk_is_refused_and_never_a_defect(seed):
     fb.offset(0, 0)
     fb.clear("red")
     assert fb.px(0, 0) == (255, 0, 0)
+
+
+@pytest.mark.parametrize("number", [400_000_000, True, 1 << 70])
+def test_a_number_is_no_file(number):
+    fb = fbptr.Framebuffer(8, 8)
+    for call in (
+        lambda: fb.mesh("a", number),
+        lambda: fbptr.obj(number),
+        lambda: fb.image(0, 0, number),
+        lambda: fb.tex("a", number),
+        lambda: fb.run(number),
+    ):
+        with pytest.raises((TypeError, fbptr.CommandError)):
+            call()
+
+
+def test_a_path_with_half_a_surrogate_pair_raises_what_open_raises(tmp_path):
+    fb = fbptr.Framebuffer(8, 8)
+    path = str(tmp_path) + "/\ud800.png"
+    with pytest.raises(UnicodeEncodeError):
+        open(path)
+    for call in (fb.save, lambda p: fbptr.Framebuffer(8, 8, files=p)):
+        with pytest.raises(UnicodeEncodeError):
+            call(path)
+    # Bytes that are no UTF-8 are a path.
+    name = os.fsdecode(os.fsencode(str(tmp_path)) + b"/\xff.png")
+    fb.save(name)
+    assert os.path.getsize(name) > 0

@@ -141,7 +141,7 @@ fn export(folder: &Path, chosen: &[Workload], options: &BenchOptions) -> Status 
     }
     for (name, bytes) in bench::export(options) {
         let path = folder.join(name);
-        if let Err(error) = std::fs::write(&path, bytes) {
+        if let Err(error) = crate::save::replace(&path, |out| out.write_all(&bytes)) {
             say_as_program(format_args!("cannot write {}: {error}", path.display()));
             return Status::Failed;
         }

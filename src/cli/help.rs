@@ -168,7 +168,8 @@ fn write_pages(command: &Command, folder: &Path) -> io::Result<()> {
     std::fs::create_dir_all(folder)?;
     for command in command.get_subcommands().chain([command]) {
         let name = clap_mangen::Man::new(command.clone()).get_filename();
-        std::fs::write(folder.join(name), page(command)?)?;
+        let page = page(command)?;
+        crate::save::replace(&folder.join(name), |out| out.write_all(&page)).map_err(io::Error::other)?;
     }
     Ok(())
 }

@@ -4,15 +4,13 @@ use crate::load::Smoothing;
 use crate::scene::{Cull, MAX_POINT_SIZE};
 use clap::Args;
 
-/// Default angle in degrees up to which the edges of a mesh without normals are smooth.
-const DEFAULT_ANGLE_DEG: f64 = 60.0;
-
 /// Options of reading and showing meshes.
 #[derive(Clone, Debug, Args)]
 pub(super) struct MeshArgs {
     /// Normals of .obj, .stl and .ply faces that have none: smooth across edges up to an angle (60deg), which smoothing groups of the
-    /// file part too, or one for each position index [default: 60deg]
-    #[arg(long, value_name = "ANGLEdeg|indices", value_parser = smoothing)]
+    /// file part too; up to about 30deg, where the mesh has the fewest edges (auto); or one for each
+    /// position index [default: auto]
+    #[arg(long, value_name = "auto|ANGLEdeg|indices", value_parser = smoothing)]
     pub smooth: Option<Smoothing>,
     /// Faces that are left out: back, front or none [default: the scene's own; none for open
     /// surfaces of meshes without normals, lit from both sides, back for others]
@@ -29,7 +27,7 @@ pub(super) struct MeshArgs {
 impl MeshArgs {
     /// Returns the method of computing missing normals.
     pub(super) fn smoothing(&self) -> Smoothing {
-        self.smooth.unwrap_or(Smoothing::Angle(DEFAULT_ANGLE_DEG.to_radians()))
+        self.smooth.unwrap_or(Smoothing::Automatic)
     }
 }
 
@@ -41,9 +39,12 @@ fn smoothing(text: &str) -> Result<Smoothing, String> {
     if text == "indices" {
         return Ok(Smoothing::Indices);
     }
+    if text == "auto" {
+        return Ok(Smoothing::Automatic);
+    }
     let degrees = text.strip_suffix("deg").and_then(|number| number.parse::<f64>().ok());
     let angle = degrees.filter(|d| (0.0..=180.0).contains(d)).map(|d| Smoothing::Angle(d.to_radians()));
-    angle.ok_or_else(|| "expected an angle from 0deg to 180deg, as in 60deg, or indices".to_owned())
+    angle.ok_or_else(|| "expected auto, an angle from 0deg to 180deg, as in 60deg, or indices".to_owned())
 }
 
 #[cfg(test)]
@@ -53,6 +54,7 @@ mod tests {
     #[test]
     fn an_angle_has_its_unit() {
         assert_eq!(smoothing("indices"), Ok(Smoothing::Indices));
+        assert_eq!(smoothing("auto"), Ok(Smoothing::Automatic));
         assert_eq!(smoothing("180deg"), Ok(Smoothing::Angle(std::f64::consts::PI)));
         assert_eq!(smoothing("0deg"), Ok(Smoothing::Angle(0.0)));
         for bad in ["60", "deg", "-1deg", "181deg", "nandeg", "infdeg", "60rad", "Indices", ""] {

@@ -111,11 +111,13 @@ impl RenderOutput {
         if let (None, Some(out)) = (&self.movie, &self.out) {
             let format = SnapshotFormat::of_path(out).map_err(refused)?;
             let path = numbered(out);
-            files.push(written_file(&path, |out| format.write(memory, out)).map_err(|e| self.unwritten(&e))?);
+            let written = written_file(&path, !self.is_numbered, |out| format.write(memory, out));
+            files.push(written.map_err(|e| self.unwritten(&e))?);
         }
         if let (Some(path), Some(depth)) = (&self.depth_out, depth) {
             let path = numbered(path);
-            files.push(written_file(&path, |out| save::pfm(depth, out)).map_err(|e| self.unwritten(&e))?);
+            let written = written_file(&path, !self.is_numbered, |out| save::pfm(depth, out));
+            files.push(written.map_err(|e| self.unwritten(&e))?);
         }
         if let Some(batch) = &mut self.batch {
             batch.record(frame, save::crc32(memory), files)?;

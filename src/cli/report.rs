@@ -107,7 +107,8 @@ impl ReportArgs {
     /// Reads the section of other programs, if there is one.
     fn peers(&self) -> Result<Option<Section>, SceneError> {
         let read = |path: &PathBuf| {
-            let text = std::fs::read_to_string(path).map_err(|e| e.to_string());
+            let bytes = crate::save::read_input(path, 64 << 20).map_err(|e| e.to_string());
+            let text = bytes.and_then(|bytes| String::from_utf8(bytes).map_err(|e| e.to_string()));
             let no_file = |e: String| SceneError::NoFile(format!("{}: {e}", path.display()));
             text.and_then(|text| peers_of(&text)).map_err(no_file)
         };
@@ -149,7 +150,7 @@ fn make(folder: &Path) -> bool {
 fn save_all(folder: &Path, files: &[(&str, String)]) -> bool {
     for (name, text) in files {
         let path = folder.join(name);
-        if let Err(error) = std::fs::write(&path, text) {
+        if let Err(error) = crate::save::replace(&path, |out| out.write_all(text.as_bytes())) {
             say_as_program(format_args!("cannot write {}: {error}", path.display()));
             return false;
         }

@@ -206,7 +206,7 @@ fn read_bytes(
         SceneError::NoFile(format!("{name}: expected {EXPECTED}{stream}"))
     })?;
     let held = memory.work(meta.len()).map_err(|e| SceneError::Refused(format!("{name}: {e}")))?;
-    Ok((format, std::fs::read(path).map_err(no_file)?, held))
+    Ok((format, crate::save::read_input(path, MAX_BYTES).map_err(no_file)?, held))
 }
 
 /// Reads a scene as [`read`] does, and adds every file that was read or searched to `watch`.

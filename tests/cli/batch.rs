@@ -299,3 +299,93 @@ fn arguments_of_parts_that_make_no_sense_are_refused() {
     let left = |path: &Path| std::fs::read_dir(path).unwrap().count();
     assert_eq!(left(&folder.0), 3, "nothing was made but the scenes");
 }
+
+/// Makes a pipe without a reader.
+#[cfg(unix)]
+fn pipe(folder: &Folder, name: &str) {
+    let made = Command::new("mkfifo").arg(folder.0.join(name)).status().expect("mkfifo");
+    assert!(made.success());
+}
+
+#[cfg(unix)]
+#[test]
+fn what_is_no_regular_file_is_named_and_passed_over_by_the_check() {
+    use std::os::unix::fs::symlink;
+    let folder = Folder::new("irregular");
+    scenes(&folder);
+    ok(&folder, "render mesh.obj --frames 6 --size 32x24 -o out/f.png --shard 0/1");
+    pipe(&folder, "out/frames-3-of-9.jsonl");
+    symlink("frames-0-of-1.jsonl", folder.0.join("out/frames-4-of-9.jsonl")).unwrap();
+    let text = ends(&folder, "batch check out", 0);
+    for (name, kind) in [("frames-3-of-9.jsonl", "a pipe"), ("frames-4-of-9.jsonl", "a symbolic link")] {
+        assert!(text.contains(&format!("{name}: expected a regular file, found {kind}: left out")), "{text}");
+    }
+    for (frame, target) in [(1, None), (2, Some("/dev/zero")), (3, Some("f-0000.png"))] {
+        let name = format!("out/f-{frame:04}.png");
+        std::fs::remove_file(folder.0.join(&name)).unwrap();
+        match target {
+            None => pipe(&folder, &name),
+            Some(target) => symlink(target, folder.0.join(&name)).unwrap(),
+        }
+    }
+    let text = ends(&folder, "batch check out", 1);
+    assert!(text.starts_with("3 of 6 frames"), "{text}");
+    assert!(text.contains("1 (f-0001.png: expected a regular file, found a pipe)"), "{text}");
+    assert!(text.contains("2 (f-0002.png: expected a regular file, found a symbolic link)"), "{text}");
+    // The same command draws them anew, in the place of what stands there.
+    ok(&folder, "render mesh.obj --frames 6 --size 32x24 -o out/f.png --shard 0/1");
+    assert!(ok(&folder, "batch check out").starts_with("6 of 6 frames"));
+}
+
+#[test]
+fn a_changed_crc_of_a_manifest_is_seen() {
+    let folder = Folder::new("crc");
+    scenes(&folder);
+    for (ending, is_seen) in [("png", true), ("raw", true), ("ppm", false)] {
+        ok(&folder, &format!("render mesh.obj --frames 3 --size 32x24 -o {ending}/f.{ending} --shard 0/1"));
+        let path = folder.0.join(ending).join("frames-0-of-1.jsonl");
+        let text = std::fs::read_to_string(&path).unwrap();
+        let crc = text.split("\"crc\":\"").nth(1).unwrap()[..8].to_owned();
+        let other = format!("{:08x}", !u32::from_str_radix(&crc, 16).unwrap());
+        std::fs::write(&path, text.replacen(&crc, &other, 1)).unwrap();
+        // A format without alpha cannot tell which pixels were written.
+        let text = ends(&folder, &format!("batch check {ending}"), i32::from(is_seen));
+        let told = format!("expected pixels with crc {other}, found {crc}");
+        assert_eq!(text.contains(&told), is_seen, "{ending}: {text}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn outputs_replace_a_link_and_leave_what_it_leads_to() {
+    use std::os::unix::fs::symlink;
+    let folder = Folder::new("links");
+    scenes(&folder);
+    std::fs::create_dir(folder.0.join("out")).unwrap();
+    let lines = [
+        ("f-0001.png", "render mesh.obj --frames 3 --size 32x24 -o out/f.png"),
+        ("d-0000.pfm", "render mesh.obj --frames 3 --size 32x24 -o out/f.png --depth-out out/d.pfm"),
+        ("one.png", "render mesh.obj --size 32x24 -o out/one.png"),
+        ("m.gif", "render mesh.obj --frames 3 --size 32x24 -o out/m.gif"),
+        ("m.y4m", "render mesh.obj --frames 3 --size 32x24 -o out/m.y4m"),
+        ("snap.png", "play - --headless --snap out/snap.png"),
+        ("frames.jsonl", "batch check out --merge"),
+    ];
+    for (name, line) in lines {
+        std::fs::write(folder.0.join("theirs"), "theirs").unwrap();
+        symlink("../theirs", folder.0.join("out").join(name)).unwrap();
+        if name == "frames.jsonl" {
+            ok(&folder, "render mesh.obj --frames 3 --size 32x24 -o out/f.png --shard 0/1");
+        }
+        ok(&folder, line);
+        assert_eq!(folder.text("theirs"), "theirs", "{line}");
+        let meta = std::fs::symlink_metadata(folder.0.join("out").join(name)).unwrap();
+        assert!(meta.is_file() && meta.len() > 0, "{line}: {meta:?}");
+    }
+    // A manifest behind a link is not written to.
+    std::fs::remove_file(folder.0.join("out/frames-0-of-1.jsonl")).unwrap();
+    symlink("../theirs", folder.0.join("out/frames-0-of-1.jsonl")).unwrap();
+    let text = ends(&folder, "render mesh.obj --frames 3 --size 32x24 -o out/f.png --shard 0/1", 1);
+    assert!(text.contains("frames-0-of-1.jsonl: expected a regular file, found a symbolic link"), "{text}");
+    assert_eq!(folder.text("theirs"), "theirs");
+}

@@ -194,6 +194,51 @@ fn the_line_editor_completes_hints_and_remembers() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
+/// Ends the prompt by a signal, and prints whether the terminal's echo is as it was.
+const SIGNALLED: &str = r#"
+import os, pty, select, signal, subprocess, sys, termios, time
+master, slave = pty.openpty()
+before = termios.tcgetattr(slave)
+words = [sys.argv[1], "draw", "--headless", "--size", "64x48", "--snap", sys.argv[3]]
+child = subprocess.Popen(words, stdin=slave, stdout=slave, stderr=slave, env={**os.environ, "TERM": "xterm"})
+seen, end = b"", time.monotonic() + 60
+def until(text):
+    global seen
+    while text not in seen:
+        if time.monotonic() > end: sys.exit("no %r in %r" % (text, seen))
+        if select.select([master], [], [], 1)[0]:
+            seen += os.read(master, 4096)
+    seen = seen[seen.find(text) + len(text):]
+until(b"fbptr> ")
+os.write(master, b"PX 1 1 red\r")
+until(b"fbptr> ")
+while termios.tcgetattr(slave) == before:
+    if time.monotonic() > end: sys.exit("the line editor never changed the terminal")
+    time.sleep(0.01)
+child.send_signal(getattr(signal, sys.argv[2]))
+status = child.wait(60)
+after = termios.tcgetattr(slave)
+print(status, after == before, bool(after[3] & termios.ECHO))
+"#;
+
+#[test]
+#[cfg(unix)]
+fn a_signal_gives_the_terminal_its_echo_back_and_writes_the_picture() {
+    if !tools::are_there(&["python3"]) {
+        return;
+    }
+    let folder = Folder::new("signalled");
+    for signal in ["SIGTERM", "SIGHUP", "SIGINT"] {
+        let snap = folder.0.join(format!("{signal}.png"));
+        let mut command = Command::new("python3");
+        command.args(["-c", SIGNALLED, env!("CARGO_BIN_EXE_fbptr"), signal]).arg(&snap);
+        let output = command.output().unwrap();
+        assert_eq!(out(&output), "0 True True\n", "{signal}: {}", String::from_utf8_lossy(&output.stderr));
+        let picture = fbptr::save::golden::read_png(&snap).unwrap();
+        assert_eq!(picture.get_pixel(1, 1).unwrap(), [255, 0, 0, 255]);
+    }
+}
+
 #[test]
 fn a_file_that_is_gone_on_with_ends_at_its_end() {
     let folder = Folder::new("file");

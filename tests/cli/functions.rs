@@ -10,11 +10,11 @@ use std::path::{Path, PathBuf};
 /// Largest number of lines of a function or macro, from `fn` or `macro_rules!` to its last brace.
 const FUNCTION_LINES: usize = 80;
 /// The verb table, a macro that holds rows and no code.
-const TABLE: (&str, &str) = ("src/command/table.rs", "verbs");
+const TABLE: (&str, &str) = ("crates/command/src/table.rs", "verbs");
 /// Largest number of lines of a source file.
 const FILE_LINES: usize = 600;
 /// Folders that hold Rust.
-const FOLDERS: [&str; 6] = ["src", "preload", "tests", "benches", "demos", "fuzz/targets"];
+const FOLDERS: [&str; 6] = ["src", "crates", "tests", "benches", "demos", "fuzz/targets"];
 
 /// Item with a body of its own.
 #[derive(Debug, PartialEq)]

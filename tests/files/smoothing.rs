@@ -133,3 +133,68 @@ fn the_inside_of_an_open_surface_is_lit() {
     let worst = one.bytes().iter().zip(other.bytes()).map(|(a, b)| a.abs_diff(*b)).max();
     assert!(worst <= Some(2), "whichever side its faces look to: {worst:?} steps differ");
 }
+
+/// Returns the share of a mesh's corners whose normal is that of their own face.
+fn flat_share(text: &str) -> f64 {
+    let mesh = &read(text, Smoothing::Automatic).geometry.mesh;
+    let (mut flat, mut all) = (0, 0);
+    for p in 0..mesh.polygons.len() {
+        let corners = mesh.polygon_corners(p);
+        let at = |k: usize| mesh.positions[corners[k].position as usize];
+        let normal = (at(1) - at(0)).cross(at(2) - at(0)).normalize();
+        all += corners.len();
+        flat += corners.iter().filter(|c| mesh.normals[c.normal as usize].dot(normal) > 1.0 - 1e-6).count();
+    }
+    flat as f64 / all as f64
+}
+
+/// Returns a prism of `sides` sides and two ends as OBJ text, its numbers rounded to 32 bits.
+fn prism(sides: u32) -> String {
+    let mut text = String::new();
+    for i in 0..sides {
+        let angle = f64::from(i) * std::f64::consts::TAU / f64::from(sides);
+        let (x, y) = (libm::cos(angle) as f32, libm::sin(angle) as f32);
+        writeln!(text, "v {x:?} {y:?} 0\nv {x:?} {y:?} 1").unwrap();
+    }
+    for i in 0..sides {
+        let [a, b] = [i, (i + 1) % sides].map(|i| 2 * i + 1);
+        writeln!(text, "f {a} {b} {} {}", b + 1, a + 1).unwrap();
+    }
+    let ends = |first: u32| (0..sides).map(move |i| format!(" {}", 2 * i + first));
+    text + "f" + &ends(1).rev().collect::<String>() + "\nf" + &ends(2).collect::<String>() + "\n"
+}
+
+#[test]
+fn by_default_round_bodies_are_smooth_and_edges_crisp() {
+    // Smooth: only the corners of the two ends are those of a flat face.
+    for (sides, is_round) in [(6, false), (8, false), (12, true), (13, true), (32, true)] {
+        let expected = if is_round { 2.0 / 6.0 } else { 1.0 };
+        let found = flat_share(&prism(sides));
+        assert!((found - expected).abs() < 1e-9, "{sides} sides: {found}");
+    }
+    for (what, mesh) in [("sphere", shapes::sphere(1.0)), ("knot", shapes::knot(200, 20))] {
+        let found = flat_share(&parted(&mesh.unwrap()));
+        assert!(found < 0.05, "{what}: {found} flat");
+    }
+    let icosahedron = {
+        let g = f64::midpoint(1.0, 5f64.sqrt());
+        let mut text = String::new();
+        for (a, b) in [(-1.0, g), (1.0, g), (-1.0, -g), (1.0, -g)] {
+            writeln!(text, "v {a:?} {b:?} 0").unwrap();
+        }
+        for (a, b) in [(-1.0, g), (1.0, g), (-1.0, -g), (1.0, -g)] {
+            writeln!(text, "v 0 {a:?} {b:?}").unwrap();
+        }
+        for (a, b) in [(g, -1.0), (g, 1.0), (-g, -1.0), (-g, 1.0)] {
+            writeln!(text, "v {a:?} 0 {b:?}").unwrap();
+        }
+        text + "f 1 12 6\nf 1 6 2\nf 1 2 8\nf 1 8 11\nf 1 11 12\nf 2 6 10\nf 6 12 5\nf 12 11 3\nf 11 8 7\n\
+            f 8 2 9\nf 4 10 5\nf 4 5 3\nf 4 3 7\nf 4 7 9\nf 4 9 10\nf 5 10 6\nf 3 5 12\nf 7 3 11\nf 9 7 8\nf 10 9 2\n"
+    };
+    assert_eq!(flat_share(&icosahedron), 1.0, "an icosahedron is no ball");
+    // A block whose upper edges are cut off at 45 degrees.
+    let chamfered = "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 0 0 3\nv 4 0 3\nv 4 4 3\nv 0 4 3\n\
+        v 1 1 4\nv 3 1 4\nv 3 3 4\nv 1 3 4\nf 4 3 2 1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n\
+        f 5 6 10 9\nf 6 7 11 10\nf 7 8 12 11\nf 8 5 9 12\nf 9 10 11 12\n";
+    assert_eq!(flat_share(chamfered), 1.0, "a chamfer has no shade of its neighbours");
+}

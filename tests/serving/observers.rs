@@ -4,8 +4,8 @@
 use crate::support::Serving;
 use fbptr::command::Command;
 use fbptr::memory::VideoMemory;
-use fbptr::server::engine::{Event, FrameView, Observer, Occasion, PendingRows, PixelRuns};
 use fbptr::server::{Audience, Budget, Engine, Output, Session, Stream};
+use fbptr_engine::engine::{Event, FrameView, Observer, Occasion, PendingRows, PixelRuns};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 

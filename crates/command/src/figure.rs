@@ -6,6 +6,7 @@
 use fbptr_core::draw2d::{AreaColors, DrawError, FigureTarget, RampColor, RealRect, Rect};
 
 /// A figure that can be drawn on a target.
+#[doc(hidden)]
 pub trait DrawFigure {
     /// Draws it within the window of rows of the target's memory.
     fn draw(&self, target: &mut FigureTarget<'_>) -> Result<(), DrawError>;

@@ -3,15 +3,9 @@
 //! No I/O: bytes come in as slices, commands go out as values. A typed [`Command`] is both what the
 //! in-process handle sends and what the decoder produces from a stream.
 #![forbid(unsafe_code)]
-#![warn(missing_docs)]
+#![deny(missing_docs)]
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
-
-pub(crate) use crate as command;
-pub(crate) use fbptr_core::{
-    cancel, draw2d, error, executor, eye, input, math, memory, pipeline, scene, simd,
-};
-pub(crate) use fbptr_formats::{load, save};
 
 mod args;
 mod arguments;
@@ -44,11 +38,14 @@ pub use commands::{
     AreaColors, Command, ErrorMode, Figure, FileKind, LightCommand, MeshSource, Quality, RampColor, RealRect,
     Rect, Shears, SnapTarget,
 };
+#[doc(hidden)]
 pub use decoder::BYTE_ORDER_MARK;
 pub use decoder::{Decoder, EndOfInput, Limits, MAX_LINE_BYTES};
 pub use encode::{EncodeError, encode};
 pub use fbptr_core::memory::{parse_color, parse_light_color};
+#[doc(hidden)]
 pub use figure::DrawFigure;
+pub use framebuffer::Framebuffer;
 pub use help::{help_on, help_text};
 pub(crate) use methods::each_figure;
 pub use payload_pool::PayloadPool;

@@ -17,20 +17,24 @@
 //! | 2 | [`pipeline`] | 3-D: the numbered stages, the fast path, the error budget |
 //! | 2 | [`eye`] | the N-dimensional eye |
 #![deny(unsafe_code)]
-#![warn(missing_docs)]
+#![deny(missing_docs)]
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
 
+#[doc(hidden)]
 pub mod cancel;
 pub mod draw2d;
 pub mod error;
+#[doc(hidden)]
 pub mod executor;
 pub mod eye;
 pub mod input;
+#[doc(hidden)]
 pub mod math;
 pub mod memory;
 pub mod pipeline;
 pub mod scene;
+#[doc(hidden)]
 pub mod simd;
 #[cfg(test)]
 #[path = "truth_scenes.rs"]
@@ -47,3 +51,8 @@ pub use memory::{Rgba, VideoMemory};
 pub use pipeline::Renderer;
 pub use scene::{Camera, Geometry, Light, Material, Mesh, Scene};
 pub use simd::Level;
+
+/// Compiles the example of the crate's page as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

@@ -23,6 +23,7 @@ unsafe extern "C" {
     pub fn fdopen(fd: c_int, mode: *const c_char) -> *mut c_void;
     pub fn fileno(stream: *mut c_void) -> c_int;
     pub fn dirfd(stream: *mut c_void) -> c_int;
+    pub fn fcntl(fd: c_int, command: c_int, ...) -> c_int;
     pub fn dup3(from: c_int, to: c_int, flags: c_int) -> c_int;
     pub fn read(fd: c_int, bytes: *mut c_void, len: usize) -> isize;
     pub fn pread(fd: c_int, bytes: *mut c_void, len: usize, offset: i64) -> isize;
@@ -103,7 +104,10 @@ pub const O_ACCMODE: c_int = 3;
 pub const O_RDWR: c_int = 2;
 pub const O_CREAT: c_int = 0o100;
 pub const O_EXCL: c_int = 0o200;
+pub const O_NOCTTY: c_int = 0o400;
 pub const O_NONBLOCK: c_int = 0o4000;
+pub const O_DSYNC: c_int = 0o10000;
+pub const O_SYNC: c_int = 0o4010000;
 pub const O_CLOEXEC: c_int = 0o2000000;
 pub const O_PATH: c_int = 0o10000000;
 #[cfg(target_arch = "x86_64")]
@@ -140,6 +144,7 @@ pub const SEEK_SET: c_int = 0;
 pub const SEEK_CUR: c_int = 1;
 pub const SEEK_END: c_int = 2;
 pub const CLOCK_MONOTONIC: c_int = 1;
+pub const F_GETFL: c_int = 3;
 pub const LOCK_EX: c_int = 2;
 pub const MAP_SHARED: c_int = 1;
 pub const PROT_READ_WRITE: c_int = 3;

@@ -1,5 +1,5 @@
 //! The requests of consoles and virtual terminals (`linux/kd.h`, `linux/vt.h`), on the pseudo
-//! terminal that stands for them. There is one virtual terminal, and it is always the active one.
+//! terminals that stand for them. All virtual terminals share one mode and one keyboard mode.
 
 use crate::abi;
 use crate::device::Device;
@@ -44,6 +44,8 @@ pub unsafe fn request(device: &Device, request: u32, argument: *mut c_void) -> R
                 let [table, index, ..] = *argument.cast::<[u8; 2]>();
                 *argument.cast::<u16>().add(1) = keys::entry(table, index).ok_or(abi::EINVAL)?;
             }
+            // KDSKBENT: a key map of its own does not change what the keys send.
+            0x4b47 => {}
             // KDGKBMETA: K_ESCPREFIX
             0x4b62 => *argument.cast::<i32>() = 4,
             // KIOCSOUND, KDMKTONE, KDENABIO, KDDISABIO, KDSKBMETA, KDSIGACCEPT, KDKBDREP
@@ -65,7 +67,7 @@ pub unsafe fn request(device: &Device, request: u32, argument: *mut c_void) -> R
                 *argument.cast::<[u16; 3]>() = [active as u16, 0, 1 | 1 << (active & 15)];
             }
             // VT_ACTIVATE
-            0x5606 if number <= 63 => set(at::ACTIVE_TERMINAL_AT, number),
+            0x5606 if (1..=63).contains(&number) => set(at::ACTIVE_TERMINAL_AT, number),
             // VT_RELDISP, VT_WAITACTIVE, VT_DISALLOCATE, VT_LOCKSWITCH, VT_UNLOCKSWITCH
             0x5605 | 0x5607 | 0x5608 | 0x560b | 0x560c => {}
             other => {

@@ -231,6 +231,7 @@ impl Device {
             smem_len: word(at::SMEM_LEN_AT),
             hz: word(at::HZ_AT),
             format: word(at::FORMAT_AT),
+            least_line: word(at::LEAST_LINE_AT),
         }
     }
 

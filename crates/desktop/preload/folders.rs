@@ -149,7 +149,7 @@ pub unsafe extern "C" fn getcwd(buffer: *mut c_char, len: usize) -> *mut c_char 
 }
 
 /// Returns the path of a place.
-fn path_of(place: Place) -> PathText {
+pub fn path_of(place: Place) -> PathText {
     let mut path = PathText::new();
     match place {
         Place::Framebuffer => path.push(b"/dev/fb0"),

@@ -147,7 +147,7 @@ fn fix(device: &Device) -> Fix {
         xpanstep: if var.bits_per_pixel >= 8 { 1 } else { (8 / var.bits_per_pixel.max(1)) as u16 },
         ypanstep: 1,
         ywrapstep: 0,
-        line_length: var.line_length(),
+        line_length: device.limits().line_length(&var),
         mmio_start: 0,
         mmio_len: 0,
         // FB_ACCEL_NONE

@@ -2,10 +2,9 @@
 //! it, `ftruncate`, and copies from descriptor to descriptor, which a device does not have.
 
 use crate::abi::{self, fail, next, set_errno};
-use crate::device::{Device, device};
-use crate::{console, evdev, framebuffer, layout as at, open, sysfs};
+use crate::device::device;
+use crate::{console, evdev, framebuffer, open, sysfs, terminal};
 use core::ffi::{c_int, c_uint, c_ulong, c_void};
-use core::sync::atomic::Ordering;
 
 type Ioctl = unsafe extern "C" fn(c_int, c_ulong, *mut c_void) -> c_int;
 
@@ -46,7 +45,7 @@ unsafe fn own_ioctl(fd: c_int, request: u32, argument: *mut c_void) -> Option<Re
     unsafe {
         match kind {
             b'F' if device.is_memory_fd(fd) => done(framebuffer::request(&device, request, argument)),
-            b'K' | b'V' if is_terminal(&device, fd) => done(console::request(&device, request, argument)),
+            b'K' | b'V' if terminal::is_served(&device, fd) => done(console::request(&device, request, argument)),
             b'E' => match open::input_of(&device, fd)? {
                 index @ 0..=1 => Some(evdev::request(&device, fd, index, request, argument)),
                 _ => Some(Err(abi::EINVAL)),
@@ -54,22 +53,6 @@ unsafe fn own_ioctl(fd: c_int, request: u32, argument: *mut c_void) -> Option<Re
             _ => None,
         }
     }
-}
-
-/// Returns whether the descriptor is the pseudo terminal, also as `/dev/tty`.
-fn is_terminal(device: &Device, fd: c_int) -> bool {
-    const TIOCGDEV: c_ulong = 0x8004_5432;
-    let Some(minor) = device.word(at::TERMINAL_AT).load(Ordering::Acquire).checked_sub(1) else {
-        return false;
-    };
-    let (mut found, saved) = (0u32, abi::errno());
-    let Some(next) = next!("ioctl", as Ioctl) else { return false };
-    // SAFETY: the request writes the device number of a terminal, 32 bits, to its argument.
-    let result = unsafe { next(fd, TIOCGDEV, core::ptr::from_mut(&mut found).cast()) };
-    set_errno(saved);
-    // 136 and the seven numbers after it are the majors of pseudo terminals.
-    let number = abi::device_number(136 + u64::from(minor >> 8), u64::from(minor & 0xff));
-    result == 0 && u64::from(found) == number
 }
 
 type Write = unsafe extern "C" fn(c_int, *const c_void, usize) -> isize;

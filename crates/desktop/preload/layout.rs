@@ -51,8 +51,8 @@ pub const KEYBOARD_MODE_AT: usize = 64;
 pub const LEDS_AT: usize = 68;
 /// Number of the active virtual terminal.
 pub const ACTIVE_TERMINAL_AT: usize = 72;
-/// Number of the pseudo terminal plus one; 0 without one.
-pub const TERMINAL_AT: usize = 76;
+/// Least bytes of a row, for rows with padding.
+pub const LEAST_LINE_AT: usize = 76;
 /// Mode of the virtual terminal as `VT_SETMODE` sets it: two words.
 pub const TERMINAL_MODE_AT: usize = 88;
 /// Set when no more scan-outs will come: nobody waits for them.
@@ -96,6 +96,12 @@ pub const HELD_BYTES: usize = 96;
 pub const ATTRIBUTE_FDS_AT: usize = 6272;
 /// Inodes of these files: 64 bits each.
 pub const ATTRIBUTE_INODES_AT: usize = 6400;
+
+/// Number of the pseudo terminal that stands for each virtual terminal from 1 on, plus one; 0
+/// without one: a word each.
+pub const TERMINALS_AT: usize = 6528;
+/// Virtual terminals, as many as the kernel has.
+pub const TERMINALS: usize = 63;
 
 /// Name of the environment variable by which a program finds the device.
 pub const ENVIRONMENT: &str = "FBPTR_RUN";

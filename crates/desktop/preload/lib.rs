@@ -41,6 +41,7 @@ mod stat;
 mod streams;
 mod syscalls;
 mod sysfs;
+mod terminal;
 mod text;
 mod unserved;
 mod variadic;

@@ -155,15 +155,10 @@ impl Var {
             v.reserved[3],
         ]
     }
-
-    /// Returns the bytes of a row of the virtual screen: a multiple of four.
-    pub fn line_length(&self) -> u32 {
-        line_bytes(self.xres_virtual, self.bits_per_pixel) as u32
-    }
 }
 
 /// Returns the bytes of a row of `width` pixels, as `get_line_length` of `vfb.c` does.
-pub const fn line_bytes(width: u32, bits: u32) -> u64 {
+const fn line_bytes(width: u32, bits: u32) -> u64 {
     (width as u64 * bits as u64).div_ceil(32) * 4
 }
 
@@ -242,6 +237,20 @@ pub struct DeviceLimits {
     pub hz: u32,
     /// Index of the default format.
     pub format: u32,
+    /// Least bytes of a row: a multiple of four, 0 for rows without padding.
+    pub least_line: u32,
+}
+
+impl DeviceLimits {
+    /// Returns the bytes of a row of a mode's virtual screen: a multiple of four.
+    pub fn line_length(&self, var: &Var) -> u32 {
+        self.line_bytes(var.xres_virtual, var.bits_per_pixel) as u32
+    }
+
+    /// Returns the bytes of a row of `width` pixels, with its padding.
+    pub fn line_bytes(&self, width: u32, bits: u32) -> u64 {
+        line_bytes(width, bits).max(self.least_line.into())
+    }
 }
 
 /// Returns the format of a mode, by its depth and bit fields; the preferred one of the depth for
@@ -293,7 +302,7 @@ pub fn check(wanted: &Var, device: &DeviceLimits) -> Result<Var, i32> {
     let xres_virtual = wanted.xres_virtual.max(far(wanted.xoffset, wanted.xres)?);
     let yres_virtual = wanted.yres_virtual.max(far(wanted.yoffset, wanted.yres)?);
     // Rows of 2^32 pixels and as many rows have less than 2^66 bits: the first factor is bounded.
-    let line = line_bytes(xres_virtual, format.bits);
+    let line = device.line_bytes(xres_virtual, format.bits);
     if line > u64::from(device.smem_len) || line * u64::from(yres_virtual) > u64::from(device.smem_len) {
         return Err(NO_MEMORY);
     }

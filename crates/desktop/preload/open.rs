@@ -2,13 +2,11 @@
 
 use crate::abi::{self, fail, next, set_errno};
 use crate::device::{Device, device};
-use crate::layout::TERMINAL_AT;
 use crate::paths::{INPUTS, Place, place};
 use crate::text::Text;
-use crate::{folders, sysfs};
+use crate::{folders, sysfs, terminal};
 use core::ffi::{c_char, c_int, c_uint};
 use core::ptr;
-use core::sync::atomic::Ordering;
 
 /// `struct sockaddr_un`.
 #[repr(C)]
@@ -38,30 +36,12 @@ pub unsafe fn open_place(folder: c_int, path: *const c_char, flags: c_int) -> Op
         Place::Folder(index) => folders::open(&device, index, flags),
         _ if flags & abi::O_DIRECTORY != 0 => fail(abi::ENOTDIR),
         Place::Framebuffer => device.open_memory(flags),
-        Place::Console(..) => open_terminal(&device, flags),
+        Place::Console(major, minor) => terminal::open(&device, (major, minor), flags),
         Place::Input(index) => open_input(&device, index, flags),
         Place::List if is_writing => fail(abi::EACCES),
         Place::Attribute(index) => sysfs::open(&device, index, flags),
         Place::List => sysfs::open_list(flags),
     })
-}
-
-/// Opens the pseudo terminal that stands for the console.
-fn open_terminal(device: &Device, flags: c_int) -> c_int {
-    let Some(minor) = terminal_minor(device) else { return fail(abi::ENODEV) };
-    let mut path = Text::<32>::new();
-    path.push(b"/dev/pts/").number(minor);
-    let Some(open) = next!("open", as unsafe extern "C" fn(*const c_char, c_int, c_uint) -> c_int) else {
-        return fail(abi::ENOSYS);
-    };
-    // SAFETY: the path is a C string.
-    unsafe { open(path.as_ptr(), flags & !(abi::O_CREAT | abi::O_EXCL), 0) }
-}
-
-/// Returns the minor number of the pseudo terminal, if there is one.
-fn terminal_minor(device: &Device) -> Option<u64> {
-    let number = device.word(TERMINAL_AT).load(Ordering::Acquire);
-    number.checked_sub(1).map(u64::from)
 }
 
 /// Returns the name of an input device's socket: in the abstract namespace, which no file is left

@@ -9,7 +9,7 @@ use crate::abi::{self, errno, set_errno};
 use crate::device::{Device, device};
 use crate::folders;
 use crate::open::input_of;
-use crate::sysfs;
+use crate::{sysfs, terminal};
 use crate::text::Text;
 use core::ffi::{CStr, c_char, c_int};
 
@@ -38,9 +38,6 @@ pub const INPUTS: [(&[u8], u64); 3] =
 pub const FRAMEBUFFER_MAJOR: u64 = 29;
 /// Major number of input devices.
 pub const INPUT_MAJOR: u64 = 13;
-/// Major number of consoles.
-const CONSOLE_MAJOR: u8 = 4;
-
 /// Bytes of the longest path that is looked at; the device's own are much shorter.
 pub const ROOM: usize = 1024;
 /// A path.
@@ -225,7 +222,7 @@ fn place_of(path: &[u8]) -> Option<Place> {
         let is_number = matches!(number.len(), 1 | 2) && number.iter().all(u8::is_ascii_digit);
         let number =
             number.iter().fold(0u8, |number, digit| number.wrapping_mul(10).wrapping_add(digit - b'0'));
-        return (is_number && number < 64).then_some(Place::Console(CONSOLE_MAJOR, number));
+        return (is_number && number < 64).then_some(Place::Console(terminal::MAJOR, number));
     }
     INPUTS.iter().position(|(name, _)| *name == path).map(Place::Input)
 }
@@ -243,5 +240,22 @@ fn place_of_descriptor(device: &Device, path: &[u8]) -> Option<Place> {
     if device.is_memory_fd(fd) {
         return Some(Place::Framebuffer);
     }
-    input_of(device, fd).map(Place::Input)
+    input_of(device, fd).map(Place::Input).or_else(|| terminal::place_of_descriptor(device, fd))
+}
+
+/// Returns the place that the path of an open descriptor leads to.
+///
+/// # Safety
+/// `path` is null or a C string.
+pub unsafe fn place_of_descriptor_link(path: *const c_char) -> Option<Place> {
+    if path.is_null() {
+        return None;
+    }
+    let device = device()?;
+    // SAFETY: it is a C string, says the caller.
+    let bytes = unsafe { CStr::from_ptr(path) }.to_bytes();
+    if bytes.first() != Some(&b'/') || bytes.len() >= ROOM {
+        return None;
+    }
+    place_of_descriptor(&device, normalized(bytes).as_bytes())
 }

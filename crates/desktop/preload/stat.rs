@@ -7,6 +7,7 @@ use crate::folders::{self, FOLDERS};
 use crate::open::input_of;
 use crate::paths::{FRAMEBUFFER_MAJOR, INPUT_MAJOR, INPUTS, Place, place, without_detours};
 use crate::sysfs::FILES;
+use crate::terminal;
 use core::ffi::{c_char, c_int, c_uint};
 
 /// Facts about a place: type and rights, the device's numbers, and the file's own: `cp` compares
@@ -79,6 +80,10 @@ fn facts_of(device: &Device, fd: c_int, status: &Stat) -> Option<Facts> {
         abi::S_IFDIR => {
             let index = folders::of_descriptor(fd).filter(|index| FOLDERS[*index].is_own())?;
             facts(device, Place::Folder(index))
+        }
+        // A pseudo terminal; `/dev/tty` has numbers of its own.
+        abi::S_IFCHR if matches!(status.rdev >> 8 & 0xfff, 136..=143) => {
+            terminal::place_of_descriptor(device, fd).and_then(|place| facts(device, place))
         }
         _ => None,
     }

@@ -125,7 +125,7 @@ fn write_attribute(device: &Device, name: &[u8], text: &mut Text<512>) {
         b"name" => _ = text.push(b"fbptr\n"),
         b"bits_per_pixel" => _ = text.number(var.bits_per_pixel.into()).push(b"\n"),
         b"virtual_size" => pair(text, var.xres_virtual, var.yres_virtual),
-        b"stride" => _ = text.number(var.line_length().into()).push(b"\n"),
+        b"stride" => _ = text.number(device.limits().line_length(&var).into()).push(b"\n"),
         b"pan" => pair(text, var.xoffset, var.yoffset),
         b"mode" | b"modes" => {
             text.push(b"U:").number(var.xres.into()).push(b"x").number(var.yres.into()).push(b"p-");

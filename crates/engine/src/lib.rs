@@ -4,16 +4,9 @@
 //! reply bytes, and events for the engine's observers. It has every verb and the error budget, and
 //! needs no thread: it also runs as WebAssembly.
 #![forbid(unsafe_code)]
-#![warn(missing_docs)]
+#![deny(missing_docs)]
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
-
-pub(crate) use crate as server;
-pub(crate) use fbptr_core::{
-    cancel, draw2d, error, executor, eye, input, math, memory, pipeline, scene, simd,
-};
-pub(crate) use fbptr_formats::{load, save};
-pub(crate) use {fbptr_command as command, fbptr_truth as truth};
 
 mod budget;
 pub mod clock;

@@ -59,7 +59,7 @@ impl Surfaces {
     }
 
     /// Swaps the frame with the target's canvas, if there is one. The same call swaps them back.
-    pub fn swap_target(&mut self, frame: &mut EngineFrame) {
+    pub(crate) fn swap_target(&mut self, frame: &mut EngineFrame) {
         if let Some(canvas) = self.target.as_ref().and_then(|name| self.canvases.get_mut(name)) {
             std::mem::swap(frame, canvas);
         }

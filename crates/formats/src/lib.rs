@@ -7,13 +7,9 @@
 //! | [`save`] | pictures, movies that are complete after every frame, the golden comparison |
 //! | [`animation`] | frame k of a scene file: at its time, on its turntable, or turned in N dimensions |
 #![forbid(unsafe_code)]
-#![warn(missing_docs)]
+#![deny(missing_docs)]
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
-
-pub(crate) use fbptr_core::{
-    cancel, draw2d, error, executor, eye, input, math, memory, pipeline, scene, simd,
-};
 
 pub mod animation;
 pub mod load;

@@ -1,7 +1,7 @@
 //! The in-process client: a method for each verb of the protocol, with typed arguments and replies.
 //!
 //! ```
-//! use fbptr::server::{Engine, Finish, RenderThread};
+//! use fbptr_server::{Engine, Finish, RenderThread};
 //!
 //! let thread = RenderThread::start(Engine::new(320, 200)?)?;
 //! let client = thread.client();

@@ -4,25 +4,16 @@
 //! replies, frames on the display, snapshots, recordings, metrics. [`RenderThread`] alone owns the
 //! [`Engine`] and the video memory; all other threads send it messages.
 #![forbid(unsafe_code)]
-#![warn(missing_docs)]
+#![deny(missing_docs)]
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
 
-pub(crate) use crate as server;
-pub(crate) use fbptr_command as command;
-pub(crate) use fbptr_core::{
-    cancel, draw2d, error, executor, eye, input, math, memory, pipeline, scene, simd,
-};
 /// The engine, whose sessions and streams this crate feeds.
 pub use fbptr_engine::{
     Audience, Budget, CommandError, Dialect, Effect, Engine, Limits, Notice, Output, OutputState,
     OutputStatus, Pace, Resource, ResourceKind, ResourceTable, Session, Stats, Status, Stream, StreamState,
     stated_size, worker_pool,
 };
-pub use fbptr_engine::{
-    clock, engine, engine_frame, limits, read_files, resources, session, snapshot_names, stream, workers,
-};
-pub(crate) use fbptr_formats::{load, save};
 
 mod admission;
 mod buffer_pool;

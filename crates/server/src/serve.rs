@@ -41,7 +41,7 @@ impl std::error::Error for TooFewDescriptors {}
 /// A running server.
 ///
 /// ```
-/// use fbptr::server::{Engine, ListenAddress, Server};
+/// use fbptr_server::{Engine, ListenAddress, Server};
 /// use std::io::{Read, Write};
 ///
 /// let mut server = Server::start(Engine::new(64, 48)?)?;

@@ -7,7 +7,6 @@
 //! before replies are sent, and soon after drawing if there are none. Runs on the render thread. If
 //! the file fails, the sharing ends and the engine continues.
 
-use fbptr_core::error::Fault;
 use fbptr_core::memory::{SHARED_HEADER_BYTES, SharedError, SharedFile, VideoMemory};
 use fbptr_engine::engine::{
     Event, FrameView, Observer, Occasion, OutputState, OutputStatus, PendingRows, PixelRuns,

@@ -17,7 +17,7 @@
 //! w <= 0; a snapping tie that lies within the rounding error of plain f64; the order of faces
 //! whose sorting keys agree to 12 digits.
 #![forbid(unsafe_code)]
-#![warn(missing_docs)]
+#![deny(missing_docs)]
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
 

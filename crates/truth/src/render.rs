@@ -13,8 +13,7 @@ pub use super::settings::{Settings, Transparency};
 use super::texture::MipChain;
 use fbptr_core::memory::DepthFormat;
 use fbptr_core::scene::{
-    CameraError, Cull, HiddenSurface, Interpolation, Scene, ShadeMode, Texture, TransparencyOrder, Viewport,
-    ViewportRule,
+    CameraError, HiddenSurface, Scene, ShadeMode, Texture, TransparencyOrder, Viewport, ViewportRule,
 };
 use std::cmp::Ordering;
 use std::collections::{HashMap, HashSet};

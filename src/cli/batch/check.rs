@@ -33,7 +33,7 @@ impl Check {
         if self.merge {
             let path = self.folder.join(MERGED);
             let lines: String = checked.whole.values().map(Record::to_line).collect();
-            save::atomically(&path, |out| out.write_all(lines.as_bytes()))
+            save::replace(&path, |out| out.write_all(lines.as_bytes()))
                 .map_err(|e| SceneError::Refused(e.to_string()))?;
         }
         Ok(Status::Success)
@@ -66,6 +66,9 @@ impl Checked {
         let place = folder.display();
         for line in &records.strange {
             say_as_program(format_args!("{line}: expected the record of a frame: left out"));
+        }
+        for line in &records.passed_over {
+            say_as_program(format_args!("{line}: left out"));
         }
         let newest = records.list.iter().max_by(|a, b| a.time.cmp(&b.time)).cloned();
         let Some(newest) = newest else {

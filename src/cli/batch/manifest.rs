@@ -6,10 +6,15 @@
 //! last line; both are drawn again. A failed append is undone.
 
 use super::record::Record;
+use crate::save;
 use std::fmt;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+
+/// Limits of the size of a manifest, and of a frame's file.
+const MAX_MANIFEST_BYTES: u64 = 1 << 30;
+pub const MAX_FRAME_BYTES: u64 = 4 << 30;
 
 /// Name of the merged manifest.
 pub const MERGED: &str = "frames.jsonl";
@@ -51,7 +56,8 @@ impl Manifest {
     pub fn open(path: PathBuf) -> Result<Manifest, ManifestError> {
         let io = |e: io::Error| ManifestError::Io(path.clone(), e);
         let mut options = OpenOptions::new();
-        let mut file = options.read(true).write(true).create(true).truncate(false).open(&path).map_err(io)?;
+        options.read(true).write(true).create(true).truncate(false);
+        let mut file = save::open_regular(&path, &mut options).map_err(io)?;
         match file.try_lock() {
             Err(TryLockError::WouldBlock) => return Err(ManifestError::Busy(path)),
             // A file system without locks: two runs of one shard then draw the same frames twice.
@@ -90,6 +96,8 @@ pub struct Records {
     pub manifests: usize,
     /// Places of lines that are no records, but for torn last ones.
     pub strange: Vec<String>,
+    /// Entries of a manifest's name that are no regular files, in words.
+    pub passed_over: Vec<String>,
 }
 
 impl Records {
@@ -108,9 +116,17 @@ impl Records {
             }
         }
         paths.sort_unstable();
-        let mut records = Records { manifests: paths.len(), ..Records::default() };
+        let mut records = Records::default();
         for path in paths {
-            let bytes = fs::read(&path).map_err(|e| at(&path, e))?;
+            let bytes = match save::read_regular(&path, MAX_MANIFEST_BYTES) {
+                Ok(bytes) => bytes,
+                Err(e) if e.kind() == io::ErrorKind::InvalidInput => {
+                    records.passed_over.push(format!("{}: {e}", path.display()));
+                    continue;
+                }
+                Err(e) => return Err(at(&path, e)),
+            };
+            records.manifests += 1;
             let lines = bytes.split_inclusive(|&b| b == b'\n').enumerate();
             for (i, line) in lines.filter(|(_, line)| line.ends_with(b"\n")) {
                 match std::str::from_utf8(line).ok().and_then(Record::from_line) {
@@ -142,20 +158,28 @@ pub enum FileState {
     Differs(String),
 }
 
-/// Compares the files of a record with it. A PNG whose bytes differ but whose pixels do not, as
-/// after a recompression, is whole.
+/// Compares the files of a record with it, and the pixels of its picture with the record's own CRC.
+/// A PNG whose bytes differ but whose pixels do not, as after a recompression, is whole.
 pub fn verify(folder: &Path, record: &Record) -> FileState {
     let mut is_picture = true;
     for file in &record.files {
         let path = folder.join(&file.name);
-        let bytes = match fs::read(&path) {
+        let bytes = match save::read_regular(&path, MAX_FRAME_BYTES) {
             Ok(bytes) => bytes,
             Err(e) if e.kind() == io::ErrorKind::NotFound => return FileState::Absent,
             Err(e) => return FileState::Differs(format!("{}: {e}", file.name)),
         };
         let crc = crc32fast::hash(&bytes);
         let is_same = (bytes.len() as u64, crc) == (file.bytes, file.crc);
-        if !(is_same || is_picture && has_same_pixels(&path, &bytes, record)) {
+        let pixels = if is_picture { pixels_crc(&path, &bytes, record) } else { None };
+        if is_same && let Some(pixels) = pixels.filter(|pixels| *pixels != record.crc) {
+            return FileState::Differs(format!(
+                "{}: expected pixels with crc {:08x}, found {pixels:08x}",
+                file.name, record.crc
+            ));
+        }
+        let is_png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+        if !(is_same || is_png && pixels == Some(record.crc)) {
             let (found, expected) = (bytes.len(), file.bytes);
             return FileState::Differs(format!(
                 "{}: expected {expected} bytes with crc {:08x}, found {found} with {crc:08x}",
@@ -167,11 +191,13 @@ pub fn verify(folder: &Path, record: &Record) -> FileState {
     FileState::Whole
 }
 
-fn has_same_pixels(path: &Path, bytes: &[u8], record: &Record) -> bool {
-    let is_png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
-    is_png
-        && crate::save::read_frame(path, bytes, record.size)
-            .is_ok_and(|m| crate::save::crc32(&m) == record.crc)
+/// Returns the CRC of a picture's pixels; `None` if it cannot be read, or its format has lost their
+/// alpha.
+fn pixels_crc(path: &Path, bytes: &[u8], record: &Record) -> Option<u32> {
+    if save::SnapshotFormat::of_path(path).ok()? == save::SnapshotFormat::Ppm {
+        return None;
+    }
+    save::read_frame(path, bytes, record.size).ok().map(|memory| save::crc32(&memory))
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! `fbptr batch movie`: the frames of a batch joined to a movie.
 
 use super::check::Checked;
+use super::manifest::MAX_FRAME_BYTES;
 use crate::cli::progress::Progress;
 use crate::cli::scene_file::SceneError;
 use crate::cli::{Status, say_as_program};
@@ -44,8 +45,8 @@ impl JoinMovie {
         let mut progress = Progress::new("frames", checked.newest.of.into());
         for record in checked.whole.values() {
             let path = self.folder.join(&record.files[0].name);
-            let bytes =
-                std::fs::read(&path).map_err(|e| SceneError::Refused(format!("{}: {e}", path.display())))?;
+            let bytes = crate::save::read_regular(&path, MAX_FRAME_BYTES)
+                .map_err(|e| SceneError::Refused(format!("{}: {e}", path.display())))?;
             match movie.push(&read_frame(&path, &bytes, size).map_err(refused)?) {
                 // The reader of the movie has closed the pipe.
                 Err(SaveError::Io { kind: ErrorKind::BrokenPipe, .. }) => break,

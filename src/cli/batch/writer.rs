@@ -161,18 +161,21 @@ fn frames_there(
     Ok(there)
 }
 
-/// Writes a file atomically, and returns its record.
+/// Writes a file atomically, and returns its record. A name that is the user's own may be that of a
+/// pipe or a device.
 pub fn written_file(
     path: &Path,
+    is_named: bool,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<FileRecord, SaveError> {
     let mut record = FileRecord { name: String::new(), bytes: 0, crc: 0 };
-    save::atomically(path, |out| {
+    let put = |out: &mut dyn Write| {
         let mut out = Counted { out, bytes: 0, crc: crc32fast::Hasher::new() };
         write(&mut out)?;
         (record.bytes, record.crc) = (out.bytes, out.crc.finalize());
         Ok(())
-    })?;
+    };
+    if is_named { save::atomically(path, put) } else { save::replace(path, put) }?;
     record.name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     Ok(record)
 }
@@ -206,11 +209,12 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("fbptr-written-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         let path = folder.join("a.raw");
-        let record = written_file(&path, |out| out.write_all(b"123").and_then(|()| out.write_all(b"456789")));
+        let record =
+            written_file(&path, true, |out| out.write_all(b"123").and_then(|()| out.write_all(b"456789")));
         // The check value of CRC-32/ISO-HDLC.
         let expected = FileRecord { name: "a.raw".into(), bytes: 9, crc: 0xcbf4_3926 };
         assert_eq!(record.unwrap(), expected);
-        let failed = written_file(&path, |out| {
+        let failed = written_file(&path, true, |out| {
             out.write_all(b"half")?;
             Err(io::ErrorKind::StorageFull.into())
         });

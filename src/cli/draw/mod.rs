@@ -9,10 +9,12 @@ mod file;
 mod line;
 mod prompt;
 mod session;
+mod terminal;
 
 use super::render_args::RenderArgs;
-use super::{FrameSize, Status, check_picture, output, say_as_program};
+use super::{FrameSize, Status, check_picture, output, say_as_program, signals};
 use crate::command::help_on;
+use crate::memory::VideoMemory;
 use crate::save::{self, SnapshotFormat};
 use crate::server::{Display, DisplayObserver, Engine, Limits, Server};
 use clap::Args;
@@ -26,6 +28,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
+use terminal::Terminal;
 
 /// Type commands and see them drawn: a prompt beside the window.
 #[derive(Debug, Args)]
@@ -44,6 +47,15 @@ pub struct Draw {
     snap: Option<PathBuf>,
     #[command(flatten)]
     drawing: RenderArgs,
+}
+
+/// Reason for the end of the prompt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ending {
+    /// `quit`, or the end of the input.
+    Quit,
+    /// SIGINT, SIGTERM or SIGHUP: the thread of the prompt may read on.
+    Signal,
 }
 
 /// Largest payload that is read from a file, in bytes.
@@ -81,29 +93,42 @@ impl Draw {
         let server = Arc::new(Server::start(engine).map_err(|e| format!("no thread to render on: {e}"))?);
         let (ended, end) = channel();
         let (shown, on_thread) = (display.clone(), server.clone());
+        let (signalled, left) = (ended.clone(), display.clone());
+        let terminal = Arc::new(Terminal::note());
+        let on_terminal = terminal.clone();
+        signals::watch(move || {
+            let _ = signalled.send(Ending::Signal);
+            left.iter().for_each(|display| display.leave());
+        })?;
         let typing = std::thread::Builder::new()
             .name("prompt".into())
             .spawn(move || {
-                let status = converse(on_thread, [width, height], stream);
+                let status = converse(on_thread, on_terminal, [width, height], stream);
                 // The window's thread may wait for either.
-                let _ = ended.send(());
+                let _ = ended.send(Ending::Quit);
                 shown.iter().for_each(|display| display.leave());
                 status
             })
             .map_err(|e| format!("no thread to read on: {e}"))?;
-        show(&server, display, &end);
+        if show(&server, display, &end) == Ending::Signal {
+            terminal.give_back();
+            let picture = server.client().snapshot().map_err(|fault| fault.message)?;
+            return Ok(self.save(&picture, Status::Success));
+        }
         let status = typing.join().unwrap_or_else(|_| Err("the prompt ended early".to_owned()))?;
         let server = Arc::into_inner(server).ok_or("the prompt's connection is still open")?;
         let engine = server.shut_down(Duration::from_secs(1));
-        match &self.snap {
-            Some(path) => match save::to_path(engine.memory(), path) {
-                Ok(()) => Ok(status),
-                Err(e) => {
-                    say_as_program(e);
-                    Ok(Status::Failed)
-                }
-            },
-            None => Ok(status),
+        Ok(self.save(engine.memory(), status))
+    }
+
+    /// Writes the picture of `--snap`, and returns the exit status.
+    fn save(&self, picture: &VideoMemory, status: Status) -> Status {
+        match self.snap.as_ref().map(|path| save::to_path(picture, path)) {
+            Some(Err(e)) => {
+                say_as_program(e);
+                Status::Failed
+            }
+            _ => status,
         }
     }
 
@@ -122,34 +147,44 @@ impl Draw {
 }
 
 /// Shows the window on this thread, the main one, until it is closed or the prompt ends; then waits
-/// for the prompt's end.
+/// for the prompt's end. Returns its reason.
 #[cfg(feature = "window")]
-fn show(server: &Server, display: Option<Arc<Display>>, end: &Receiver<()>) {
+fn show(server: &Server, display: Option<Arc<Display>>, end: &Receiver<Ending>) -> Ending {
     if let Some(display) = display {
         let options = crate::window::Options { title: "fbptr draw".into(), ..Default::default() };
         let closed = crate::window::run(display, options);
         server.thread().drop_display();
         match closed {
             Err(e) => say_as_program(format_args!("{e}: going on without a window; `snap FILE` saves")),
-            Ok(()) if end.try_recv().is_ok() => return,
-            Ok(()) => say_as_program("the window is closed; `snap FILE` saves the picture, `quit` ends"),
+            Ok(()) => {
+                if let Ok(ending) = end.try_recv() {
+                    return ending;
+                } else {
+                    say_as_program("the window is closed; `snap FILE` saves the picture, `quit` ends")
+                }
+            }
         }
     }
     // An error means that the prompt's thread has ended.
-    let _ = end.recv();
+    end.recv().unwrap_or(Ending::Quit)
 }
 
 #[cfg(not(feature = "window"))]
-fn show(_: &Server, _: Option<Arc<Display>>, end: &Receiver<()>) {
+fn show(_: &Server, _: Option<Arc<Display>>, end: &Receiver<Ending>) -> Ending {
     // An error means that the prompt's thread has ended.
-    let _ = end.recv();
+    end.recv().unwrap_or(Ending::Quit)
 }
 
 /// Reads lines and draws them until `quit` or the end of the input.
-fn converse(server: Arc<Server>, size: [u32; 2], stream: Option<Stream>) -> Result<Status, String> {
+fn converse(
+    server: Arc<Server>,
+    terminal: Arc<Terminal>,
+    size: [u32; 2],
+    stream: Option<Stream>,
+) -> Result<Status, String> {
     let broken = |e: std::io::Error| format!("the render thread cannot be reached: {e}");
     let mut session = Session::new(server, size).map_err(broken)?;
-    let mut prompt = Prompt::new()?;
+    let mut prompt = Prompt::new(terminal)?;
     let is_terminal = std::io::stdin().is_terminal();
     let mut has_failed = false;
     if is_terminal {

@@ -2,6 +2,7 @@
 //! rest of the command's form as a hint.
 
 use super::line::OWN_WORDS;
+use super::terminal::Terminal;
 use crate::command::{Form, ParameterKind, Verb};
 use rustyline::completion::Completer;
 use rustyline::error::ReadlineError;
@@ -12,10 +13,12 @@ use rustyline::validate::Validator;
 use rustyline::{CompletionType, Config, Context, Editor, Helper};
 use std::borrow::Cow;
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 /// The line editor.
 pub(super) struct Prompt {
     editor: Editor<Assistant, MemHistory>,
+    terminal: Arc<Terminal>,
     /// Lines that were pasted behind the one that was returned.
     pasted: VecDeque<String>,
 }
@@ -35,11 +38,11 @@ impl Prompt {
     ///
     /// # Errors
     /// A message if the terminal cannot be set up.
-    pub fn new() -> Result<Prompt, String> {
+    pub fn new(terminal: Arc<Terminal>) -> Result<Prompt, String> {
         let config = Config::builder().completion_type(CompletionType::List).auto_add_history(true).build();
         let mut editor = Editor::with_history(config, MemHistory::new()).map_err(|e| e.to_string())?;
         editor.set_helper(Some(Assistant::default()));
-        Ok(Prompt { editor, pasted: VecDeque::new() })
+        Ok(Prompt { editor, terminal, pasted: VecDeque::new() })
     }
 
     /// Sets the names that can be completed.
@@ -57,7 +60,7 @@ impl Prompt {
         if let Some(line) = self.pasted.pop_front() {
             return Ok(Typed::Line(line));
         }
-        match self.editor.readline(prompt) {
+        match self.terminal.while_reading(|| self.editor.readline(prompt)) {
             Ok(text) => {
                 // A terminal that marks what is pasted gives all of its lines as one.
                 self.pasted.extend(text.lines().map(str::to_owned));

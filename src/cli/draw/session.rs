@@ -133,7 +133,9 @@ impl Session {
     pub fn save(&mut self, path: &Path) -> Result<(), String> {
         let failed = |e: io::Error| format!("{}: {e}", path.display());
         if self.saved.as_deref() == Some(path) {
-            return std::fs::write(path, self.stream()).map_err(failed);
+            let stream = self.stream();
+            let put = |out: &mut dyn io::Write| out.write_all(&stream);
+            return crate::save::replace(path, put).map_err(|e| e.to_string());
         }
         match std::fs::File::create_new(path) {
             Ok(mut file) => io::Write::write_all(&mut file, &self.stream()).map_err(failed)?,

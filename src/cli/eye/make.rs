@@ -114,7 +114,7 @@ impl Make {
         if !(half.is_finite() && half > 0.0) {
             return Err(format!("--half: expected a length over 0, found {half}"));
         }
-        let bytes = std::fs::read(path).map_err(|e| format!("{name}: {e}"))?;
+        let bytes = crate::save::read_input(path, 4 << 30).map_err(|e| format!("{name}: {e}"))?;
         // Materials are ignored: colours only distinguish a cell from its neighbours.
         let loaded = obj::parse(&bytes, &mut |_| None, &name).map_err(|e| e.to_string())?;
         let mut shape = from_mesh(&loaded.geometry.mesh).map_err(|e| format!("{name}: {e}"))?;

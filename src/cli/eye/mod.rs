@@ -107,11 +107,14 @@ pub(super) fn pool(threads: Option<u16>) -> Executor {
     Executor::of_pool(worker_pool(threads.map(usize::from)))
 }
 
+/// Limit of the size of a scene's file.
+const MAX_SCENE_BYTES: u64 = 4 << 30;
+
 fn read_scene(path: &Path) -> Result<EyeScene, Refusal> {
     let mut text = Vec::new();
     let read = match path == Path::new("-") {
-        true => std::io::stdin().lock().read_to_end(&mut text),
-        false => std::fs::File::open(path).and_then(|mut file| file.read_to_end(&mut text)),
+        true => std::io::stdin().lock().read_to_end(&mut text).map(drop),
+        false => crate::save::read_input(path, MAX_SCENE_BYTES).map(|bytes| text = bytes),
     };
     read.map_err(|e| Refusal::Arguments(format!("{}: {e}", path.display())))?;
     EyeScene::from_json(&text).map_err(|e| Refusal::File(format!("{}: {}: {e}", path.display(), e.code())))

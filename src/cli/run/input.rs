@@ -2,7 +2,7 @@
 //! in.
 
 use super::replay::Replay;
-use super::spawn::Terminal;
+use super::spawn::Terminals;
 use super::{Refusal, Run};
 use crate::command::Command;
 use crate::fbdev::{Device, InputDevices};
@@ -12,12 +12,15 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::io::{self, IsTerminal, Read, Write};
 use std::time::Instant;
 
+/// Limit of the file of `--keys`.
+const MAX_KEYS_BYTES: u64 = 64 << 20;
+
 /// Sources of input, and the devices that it goes to.
 #[derive(Debug)]
 pub struct Input {
     devices: InputDevices,
     replay: Replay,
-    terminal: Terminal,
+    terminals: Terminals,
     /// Receives the window's events.
     client: Client,
 }
@@ -27,11 +30,14 @@ impl Input {
     ///
     /// # Errors
     /// A file of `--keys` that cannot be read, or a system without sockets or threads.
-    pub fn new(args: &Run, device: &Device, server: &Server, terminal: Terminal) -> Result<Input, Refusal> {
+    pub fn new(args: &Run, device: &Device, server: &Server, terminals: Terminals) -> Result<Input, Refusal> {
         let refuse = |message: String| Refusal { status: 2, message };
         let lines = match &args.keys {
             Some(path) => {
-                std::fs::read_to_string(path).map_err(|e| refuse(format!("{}: {e}", path.display())))?
+                let no_file = |e: String| refuse(format!("{}: {e}", path.display()));
+                let bytes =
+                    crate::save::read_input(path, MAX_KEYS_BYTES).map_err(|e| no_file(e.to_string()))?;
+                String::from_utf8(bytes).map_err(|e| no_file(e.to_string()))?
             }
             None => String::new(),
         };
@@ -44,16 +50,17 @@ impl Input {
         let no_devices = |e: io::Error| refuse(format!("no input devices: {e}"));
         let devices = InputDevices::new(device).map_err(no_devices)?;
         if io::stdin().is_terminal() {
-            forward_stdin(&terminal).map_err(no_devices)?;
+            forward_stdin(terminals.clone()).map_err(no_devices)?;
         }
         let client = server.client();
         client.send(Command::Events(true));
-        Ok(Input { devices, replay, terminal, client })
+        Ok(Input { devices, replay, terminals, client })
     }
 
     /// Passes on what has come since the last call. Returns whether a replay is going on.
     pub fn pass_on(&mut self, device: &Device, is_changed: bool, now: Instant) -> bool {
         self.devices.poll();
+        self.terminals.activate(device.active_terminal());
         let mut events: Vec<InputEvent> = self.client.events();
         events.extend(self.replay.due(device.opens() > 0, is_changed, now));
         for event in events {
@@ -65,7 +72,7 @@ impl Input {
 
     /// Writes to the console, unless it is full: nobody reads it then.
     fn write(&self, bytes: &[u8]) {
-        let mut master = self.terminal.master();
+        let mut master = self.terminals.master();
         let mut ready = [PollFd::new(&master, PollFlags::OUT)];
         let now = Timespec { tv_sec: 0, tv_nsec: 0 };
         if !bytes.is_empty() && poll(&mut ready, Some(&now)).is_ok_and(|n| n > 0) {
@@ -76,12 +83,11 @@ impl Input {
 }
 
 /// Copies standard input to the console, line by line as the terminal gives it.
-fn forward_stdin(terminal: &Terminal) -> io::Result<()> {
-    let mut master = terminal.master().try_clone()?;
+fn forward_stdin(terminals: Terminals) -> io::Result<()> {
     std::thread::Builder::new().name("stdin".into()).spawn(move || {
         let (mut stdin, mut bytes) = (io::stdin(), [0; 1024]);
         while let Ok(len @ 1..) = stdin.read(&mut bytes) {
-            if master.write_all(&bytes[..len]).is_err() {
+            if terminals.master().write_all(&bytes[..len]).is_err() {
                 return;
             }
         }

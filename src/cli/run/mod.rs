@@ -8,6 +8,8 @@
 #[cfg(fbptr_preload)]
 mod after;
 #[cfg(fbptr_preload)]
+mod family;
+#[cfg(fbptr_preload)]
 mod input;
 #[cfg(fbptr_preload)]
 mod picture;
@@ -44,6 +46,10 @@ pub struct Run {
     /// pal2, mono
     #[arg(long, value_name = "FORMAT", default_value = "bgrx")]
     format: String,
+    /// Bytes of a row of the framebuffer, where that is more than its pixels need: a program that
+    /// computes the length itself draws a slanted picture, as on hardware with padded rows
+    #[arg(long, value_name = "BYTES", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1 << 24))]
+    line_length: u32,
     /// Vertical blanks a second
     #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=1000))]
     hz: u32,
@@ -82,6 +88,10 @@ pub struct Run {
     /// Let --serve and --web take addresses that other machines reach
     #[arg(long)]
     allow_remote: bool,
+    /// Leave what the program started in a session of its own (daemons) alive at the end; by
+    /// default nothing of a run outlives it
+    #[arg(long)]
+    leave_daemons: bool,
     /// Say which requests of the program the device does not have
     #[arg(long)]
     verbose: bool,

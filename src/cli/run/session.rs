@@ -8,23 +8,21 @@ use super::super::args::address;
 use super::super::movie::{Clock, MovieWriter, Sampler};
 use super::super::{FrameSize, Status, say_as_program, signals};
 use super::after::{After, Countdown};
+use super::family::{self, Members, PATIENCE};
 use super::input::Input;
 use super::picture::Pictures;
-use super::spawn::{self, Terminal};
+use super::spawn::{self, Leash, Started, Terminals};
 use super::told::Told;
 use super::{Refusal, Run};
 use crate::fbdev::{Device, DeviceOptions, Format, ScanOut};
 use crate::memory::VideoMemory;
 use crate::server::{Display, DisplayObserver, Engine, Limits, ListenAddress, Server};
 use crossbeam_channel::{Receiver, Sender, bounded};
-use rustix::process::{Pid, Signal};
+use rustix::process::{Pid, Signal, kill_process};
 use std::process::{Child, ExitStatus};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
-
-/// Time that a program has after SIGTERM before SIGKILL ends it.
-const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Reason for the end of a run.
 enum Ending {
@@ -81,22 +79,27 @@ pub fn run(args: &Run) -> Result<Status, Refusal> {
     let limits = Limits::default().for_frame(width, height);
     let mut engine = Engine::with_limits(width, height, limits).map_err(|e| refuse(e.message))?;
     let no_device = |e: std::io::Error| refuse(format!("no framebuffer device: {e}"));
-    let device =
-        Device::new(&DeviceOptions { size: (width, height), format, hz: args.hz }).map_err(no_device)?;
+    let device = Device::new(&DeviceOptions {
+        size: (width, height),
+        format,
+        hz: args.hz,
+        line_length: args.line_length,
+    })
+    .map_err(no_device)?;
     let outlets = outlets(args, &mut engine).map_err(refuse)?;
     let mut web = args.web.prepare(args.allow_remote).map_err(refuse)?;
     web.iter_mut().for_each(|web| web.attach(&mut engine));
     let server = serve(args, engine).map_err(refuse)?;
     let _page = web.map(|web| web.serve(&server)).transpose().map_err(refuse)?;
-    let terminal = Terminal::open((width, height)).map_err(|e| refuse(format!("no terminal: {e}")))?;
-    device.set_terminal(terminal.number());
-    let console = terminal.path().to_owned();
+    let terminals = Terminals::open((width, height)).map_err(|e| refuse(format!("no terminal: {e}")))?;
+    device.set_terminals(terminals.numbers());
+    let console = terminals.path().to_owned();
     let (endings, ending) = bounded(8);
     let told = endings.clone();
     signals::watch(move || _ = told.try_send(Ending::Signal)).map_err(refuse)?;
     let shared = Shared {
         scan_out: Mutex::new(ScanOut::new(!args.serve.is_empty())),
-        input: Mutex::new(Input::new(args, &device, &server, terminal)?),
+        input: Mutex::new(Input::new(args, &device, &server, terminals)?),
         device,
         server,
         hz: args.hz,
@@ -109,9 +112,9 @@ pub fn run(args: &Run) -> Result<Status, Refusal> {
     let shared = Arc::new(shared);
     // The black frame before the program is none of its frames.
     shared.blank(|_| false);
-    let child = spawn::spawn(&program, &args.program, &shared.device, &console)
+    let started = spawn::spawn(&program, &args.program, &shared.device, &console, args.leave_daemons)
         .map_err(|e| Refusal { status: 126, message: format!("{}: {e}", program.display()) })?;
-    Ok(shared.attend(args, child, outlets, pictures, (endings, ending)))
+    Ok(shared.attend(args, started, outlets, pictures, (endings, ending)))
 }
 
 /// Connects the engine to the window's display and the movie, where there are any.
@@ -155,7 +158,7 @@ impl Shared {
     fn attend(
         self: Arc<Self>,
         args: &Run,
-        child: Child,
+        Started { child, leash }: Started,
         outlets: Outlets,
         pictures: Pictures,
         (endings, ending): (Sender<Ending>, Receiver<Ending>),
@@ -167,7 +170,7 @@ impl Shared {
         let told = endings.clone();
         let ticks = std::thread::Builder::new().name("vsync".into()).spawn(move || keeper.keep(told));
         let (Ok(_), Ok(ticks)) = (waits, ticks) else {
-            spawn::end_program(pid, Signal::KILL);
+            drop(leash);
             say_as_program("no thread for the vertical blanks");
             return Status::Failed;
         };
@@ -175,7 +178,9 @@ impl Shared {
             Some(display) => self.with_window(args, display, &outlets, endings, &ending),
             None => ending.recv().unwrap_or(Ending::Signal),
         };
-        let (picture, status) = self.conclude(why, pid, &exit);
+        let (picture, status) = self.conclude(why, pid, leash, &exit);
+        // Nothing is left, unless the starter was killed.
+        family::end(if args.leave_daemons { Members::Session(pid) } else { Members::All });
         self.has_ended.store(true, Ordering::Release);
         // A panic there is reported by the thread itself.
         let _ = ticks.join();
@@ -191,7 +196,8 @@ impl Shared {
     fn conclude(
         &self,
         why: Ending,
-        pid: Pid,
+        starter: Pid,
+        leash: Leash,
         exit: &Receiver<ExitStatus>,
     ) -> (Option<Box<VideoMemory>>, Status) {
         let picture = match why {
@@ -201,9 +207,10 @@ impl Shared {
             #[cfg(feature = "window")]
             Ending::WindowClosed => None,
         };
-        spawn::end_program(pid, Signal::TERM);
-        let status = exit.recv_timeout(PATIENCE).or_else(|_| {
-            spawn::end_program(pid, Signal::KILL);
+        drop(leash);
+        // The starter gives up after twice that time.
+        let status = exit.recv_timeout(3 * PATIENCE).or_else(|_| {
+            let _ = kill_process(starter, Signal::KILL);
             exit.recv_timeout(PATIENCE)
         });
         let own = match status {

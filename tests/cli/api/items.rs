@@ -88,7 +88,8 @@ fn read_item(lines: &[&str], at: usize) -> Item {
         .take_while(|line| line.starts_with("#[") || line.starts_with("///"))
         .copied()
         .collect();
-    let is_hidden = attributes.contains(&"#[doc(hidden)]");
+    // A module at another path has its file outside of the crate's sources.
+    let is_hidden = attributes.iter().any(|line| *line == "#[doc(hidden)]" || line.starts_with("#[path = "));
     let derives = attributes.iter().find(|line| line.starts_with("#[derive("));
     let mut signature = derives.map_or_else(String::new, |line| format!("{line} "));
     signature += &declaration(&lines[at..]);
@@ -133,7 +134,9 @@ fn members(lines: &[&str], is_wanted: impl Fn(&str) -> bool) -> Vec<String> {
         else {
             continue;
         };
-        if is_wanted(line) {
+        let attributes = body[..at].iter().rev().map(|line| line.trim());
+        let mut attributes = attributes.take_while(|line| line.starts_with("#[") || line.starts_with("///"));
+        if is_wanted(line) && !attributes.any(|line| line == "#[doc(hidden)]") {
             // A variant with fields is listed with them.
             let fields: Vec<&str> = match line.ends_with(" {") && !line.contains("fn ") {
                 true => {

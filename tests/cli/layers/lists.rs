@@ -1,68 +1,98 @@
-//! The allowed imports between rooms, and between the parts of `eye`, `pipeline` and `server`.
+//! The allowed imports between the parts of a crate, and between those of `pipeline` and `eye`.
+//! Cargo keeps the order of the crates.
 
-/// The rooms or parts that a room or part may import.
+/// The parts that a part may import.
 pub type Edges = &'static [(&'static str, &'static [&'static str])];
 
-/// Imports between rooms. An entry `room::part` is for that part alone, beyond those of its room.
-pub const ROOMS: Edges = &[
+/// Every place whose parts have a list: a crate, or a module of one.
+pub const PLACES: &[(&[&str], Edges)] = &[
+    (&["core"], CORE),
+    (&["core", "pipeline"], PIPELINE),
+    (&["core", "eye"], EYE),
+    (&["formats"], FORMATS),
+    (&["engine"], ENGINE),
+    (&["server"], SERVER),
+    (&["desktop"], DESKTOP),
+];
+
+/// Imports between the parts of `fbptr-core`.
+const CORE: Edges = &[
     ("executor", &["cancel"]),
     ("memory", &["error", "simd"]),
     ("scene", &["error", "math"]),
     ("draw2d", &["error", "executor", "math", "memory", "simd"]),
     ("eye", &["error", "executor", "math", "memory", "scene"]),
     ("pipeline", &["cancel", "error", "executor", "math", "memory", "scene", "simd"]),
-    ("truth", &["eye", "math", "memory", "scene"]),
-    ("fbdev", &["input", "memory", "simd"]),
-    ("command", &["draw2d", "error", "memory", "scene", "simd"]),
-    ("load", &["cancel", "draw2d", "error", "math", "memory", "pipeline", "save", "scene"]),
-    ("save", &["error", "memory"]),
-    ("animation", &["executor", "eye", "load", "memory", "pipeline", "scene"]),
-    ("framebuffer", &["command", "draw2d", "load", "memory", "pipeline", "save", "scene"]),
+];
+
+/// Imports between the parts of `fbptr-formats`.
+const FORMATS: Edges = &[("load", &["save"]), ("animation", &["load"])];
+
+/// Imports between the parts of `fbptr-desktop`.
+const DESKTOP: Edges = &[("window", &["viewer"])];
+
+/// Imports between the parts of `fbptr-engine`.
+const ENGINE: Edges = &[
+    ("budget", &["clock"]),
+    ("resources", &["limits"]),
+    ("surfaces", &["engine_frame", "limits"]),
+    ("session", &["limits", "read_files", "resources", "stats", "surfaces"]),
     (
-        "server",
+        "engine",
         &[
-            "cancel", "command", "draw2d", "error", "executor", "eye", "input", "load", "math", "memory",
-            "pipeline", "save", "scene",
+            "budget",
+            "clock",
+            "engine_frame",
+            "limits",
+            "read_files",
+            "resources",
+            "session",
+            "snapshot_names",
+            "stats",
+            "workers",
         ],
     ),
-    ("viewer", &["command", "draw2d", "executor", "eye", "load", "memory", "pipeline", "scene", "server"]),
-    // The viewer shows how far a picture is from the exact one.
-    ("viewer::scene3d", &["truth"]),
-    // The experiments compare every path with the exact pictures.
+    ("stream", &["budget", "clock", "engine", "session"]),
+];
+
+/// Imports between the parts of `fbptr-server`.
+const SERVER: Edges = &[
+    ("message", &["buffer_pool", "reply_queue"]),
+    ("jobs", &["message"]),
+    ("client", &["message"]),
+    ("transport", &["admission", "buffer_pool", "message", "reply_queue"]),
+    ("display", &["events"]),
+    ("metrics", &["admission", "http"]),
+    ("web", &["admission", "display", "http", "message", "metrics", "transport"]),
+    ("replay", &["record"]),
+    ("playback", &["record", "replay"]),
+    ("player", &["message", "record", "thread", "transport"]),
+    ("snapshots", &["message", "thread"]),
     (
-        "measure",
+        "thread",
         &[
-            "draw2d", "executor", "eye", "load", "math", "memory", "pipeline", "scene", "server", "simd",
-            "truth",
+            "admission",
+            "buffer_pool",
+            "client",
+            "display",
+            "events",
+            "jobs",
+            "message",
+            "metrics",
+            "record",
+            "replay",
+            "reply_queue",
+            "shared_file",
+            "sniff",
+            "transport",
+            "web",
         ],
     ),
-    ("window", &["draw2d", "framebuffer", "input", "memory", "save", "server", "simd", "viewer"]),
-    (
-        "cli",
-        &[
-            "animation",
-            "command",
-            "draw2d",
-            "executor",
-            "eye",
-            "fbdev",
-            "input",
-            "load",
-            "measure",
-            "memory",
-            "pipeline",
-            "save",
-            "scene",
-            "server",
-            "simd",
-            "viewer",
-            "window",
-        ],
-    ),
+    ("serve", &["admission", "client", "message", "metrics", "thread", "transport", "web"]),
 ];
 
 /// Imports between the parts of the eye.
-pub const EYE: Edges = &[
+const EYE: Edges = &[
     ("validate", &["error"]),
     ("pose", &["error", "validate"]),
     ("scene", &["error", "pose", "validate"]),
@@ -87,7 +117,7 @@ pub const EYE: Edges = &[
 ];
 
 /// Imports between the parts of the pipeline. The reference imports nothing of the tile renderer.
-pub const PIPELINE: Edges = &[
+const PIPELINE: Edges = &[
     // Neutral modules, used by both paths.
     ("vertex", &["viewport"]),
     ("plane_equation", &["vertex", "viewport"]),
@@ -265,76 +295,3 @@ pub const PIPELINE: Edges = &[
         ],
     ),
 ];
-
-/// Imports between the parts of the server.
-pub const SERVER: Edges = &[
-    ("budget", &["clock"]),
-    ("resources", &["limits"]),
-    ("surfaces", &["engine_frame", "limits"]),
-    ("session", &["limits", "read_files", "resources", "stats", "surfaces"]),
-    (
-        "engine",
-        &[
-            "budget",
-            "clock",
-            "engine_frame",
-            "limits",
-            "read_files",
-            "resources",
-            "session",
-            "snapshot_names",
-            "stats",
-            "workers",
-        ],
-    ),
-    // Observers of the engine, see `OBSERVERS`.
-    ("display", &["engine", "events"]),
-    ("metrics", &["admission", "engine", "http", "session"]),
-    ("web", &["admission", "display", "engine", "http", "message", "metrics", "session", "transport"]),
-    ("on_present", &["engine"]),
-    ("record", &["engine", "read_files"]),
-    ("shared_file", &["engine"]),
-    ("stream", &["budget", "clock", "engine", "session"]),
-    ("replay", &["budget", "engine", "read_files", "record", "session", "stream"]),
-    ("playback", &["budget", "engine", "record", "replay", "session", "stream"]),
-    ("message", &["buffer_pool", "engine", "reply_queue", "session", "stream"]),
-    ("jobs", &["engine", "message", "workers"]),
-    ("client", &["message", "stream"]),
-    ("transport", &["admission", "buffer_pool", "message", "reply_queue", "session", "stream"]),
-    (
-        "thread",
-        &[
-            "budget",
-            "buffer_pool",
-            "client",
-            "admission",
-            "display",
-            "engine",
-            "events",
-            "jobs",
-            "limits",
-            "message",
-            "metrics",
-            "record",
-            "replay",
-            "reply_queue",
-            "session",
-            "shared_file",
-            "sniff",
-            "stream",
-            "transport",
-            "web",
-            "workers",
-        ],
-    ),
-    ("snapshots", &["message", "snapshot_names", "thread"]),
-    ("player", &["message", "record", "session", "stream", "thread", "transport"]),
-    (
-        "serve",
-        &["admission", "client", "engine", "message", "metrics", "session", "thread", "transport", "web"],
-    ),
-];
-
-/// Parts of the server that observe the engine. They import its trait; nothing that the engine
-/// imports, itself or by others, may import one of them.
-pub const OBSERVERS: &[&str] = &["display", "metrics", "on_present", "record", "shared_file", "web"];

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 pub struct Import {
     /// Line of the source, from 1.
     pub line: usize,
-    /// The path's segments; the last may be an item.
+    /// The path's segments, its crate first; the last may be an item.
     pub path: Vec<String>,
 }
 
@@ -48,9 +48,9 @@ pub fn reexports(text: &str, parts: &BTreeSet<String>) -> Vec<(String, String)> 
     found
 }
 
-/// Returns a path from the crate's root on.
+/// Returns a path that begins with the crate.
 fn resolved(head: &str, module: &[String], path: Vec<String>) -> Vec<String> {
-    let mut full = if head == "crate" { Vec::new() } else { module.to_vec() };
+    let mut full = if head == "crate" { module[..1].to_vec() } else { module.to_vec() };
     for segment in std::iter::once(head.to_owned()).chain(path) {
         match segment.as_str() {
             "crate" | "self" => {}

@@ -130,7 +130,7 @@ static void console(void)
     printf("terminal %d\n", state.v_active);
     say("VT_WAITACTIVE", ioctl(tty, VT_WAITACTIVE, 1));
     say("unknown", ioctl(tty, 0x4bff, &mode));
-    say("KDSETMODE of a file", ioctl(1, KDSETMODE, KD_TEXT));
+    say("KDSETMODE of a file", ioctl(open("/dev/null", O_RDWR), KDSETMODE, KD_TEXT));
     int own = open("/dev/tty", O_RDWR);
     say("tty", own);
     say("KDGETMODE of tty", ioctl(own, KDGETMODE, &mode));

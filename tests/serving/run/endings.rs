@@ -103,6 +103,112 @@ fn a_program_that_does_not_end_is_ended_at_its_moment() {
     assert_eq!(status(&["--after", "still", "--expect", golden], &deaf), Some(0));
 }
 
+/// Returns whether a process has not ended.
+fn is_alive(pid: u32) -> bool {
+    let state = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    !state.is_empty() && !state.contains(") Z ")
+}
+
+/// Waits for the end of a process.
+fn assert_ended(pid: u32) {
+    let started = Instant::now();
+    while is_alive(pid) {
+        assert!(started.elapsed() < Duration::from_secs(60), "the program outlives fbptr");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// Returns the numbers of processes that a program has printed.
+fn pids(output: &[u8]) -> Vec<u32> {
+    text(output).split_whitespace().map(|word| word.parse().unwrap()).collect()
+}
+
+/// Leaves its group or its session as it is told, twice over with a parent that ends, and draws on.
+const LEAVING: &str = "
+import os, signal, sys, time
+way = sys.argv[1]
+if 'deaf' in way:
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+for _ in range(2 if 'orphan' in way else 0):
+    if os.fork():
+        time.sleep(0.1)
+        os._exit(0)
+os.setpgid(0, 0) if 'group' in way else os.setsid()
+print(os.getpid(), flush=True)
+f = open('/dev/fb0', 'r+b', buffering=0)
+f.write(b'\\7')
+while True:
+    time.sleep(1)
+";
+
+#[test]
+fn what_leaves_its_group_or_session_is_ended_with_the_run() {
+    if !crate::tools::are_there(&["python3"]) {
+        return;
+    }
+    for way in ["session", "group", "orphan session", "orphan group", "deaf orphan session"] {
+        let program = ["python3", "-c", LEAVING, way];
+        let output = run(&["--size", "16x8", "--after", "still:100ms", "--"]).args(program).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{way}: {output:?}");
+        let [pid] = pids(&output.stdout)[..] else { panic!("{way}: {output:?}") };
+        assert!(!is_alive(pid), "{way}: it outlives the run");
+    }
+    let program = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/serving/run/setsid_only.py");
+    let script = format!("echo $$; exec python3 {}", program.display());
+    let mut command = run(&["--after", "1s", "--", "sh", "-c", &script]);
+    let output = command.output().unwrap();
+    let [pid] = pids(&output.stdout)[..] else { panic!("{output:?}") };
+    assert!(output.status.code() == Some(0) && !is_alive(pid), "{output:?}");
+}
+
+#[test]
+fn what_leaves_its_session_is_ended_when_fbptr_or_its_starter_is_killed() {
+    if !crate::tools::are_there(&["python3"]) {
+        return;
+    }
+    for is_starter in [false, true] {
+        let mut command = run(&["--size", "16x8", "--", "python3", "-c", LEAVING, "orphan session"]);
+        let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let pid: u32 = line.trim().parse().unwrap();
+        assert!(is_alive(pid));
+        if is_starter {
+            let children = format!("/proc/{0}/task/{0}/children", child.id());
+            let starter = std::fs::read_to_string(children).unwrap();
+            let killed = std::process::Command::new("kill").args(["-9", starter.trim()]).status().unwrap();
+            assert!(killed.success());
+            assert_eq!(child.wait().unwrap().code(), Some(137));
+        } else {
+            child.kill().unwrap();
+            child.wait().unwrap();
+        }
+        assert_ended(pid);
+    }
+}
+
+#[test]
+fn children_that_draw_are_waited_for_and_others_ended() {
+    let folder = Folder::new("run-children");
+    let draws = "(sleep 1; printf '\\011') > /dev/fb0 & exit 4";
+    let (output, picture) = super::picture_of(&folder, &["--size", "16x8"], &["sh", "-c", draws]);
+    assert_eq!(output.status.code(), Some(4), "the program's own status");
+    assert_eq!(picture.get_pixel(0, 0).unwrap(), [0, 0, 9, 255], "the child has drawn");
+    if !crate::tools::are_there(&["setsid"]) {
+        return;
+    }
+    let daemon = "setsid sleep 1000 > /dev/null 2>&1 & echo $!; sleep 0.2; exit 5";
+    for leaves in [false, true] {
+        let options: &[&str] = if leaves { &["--leave-daemons"] } else { &[] };
+        let output = run(options).args(["--", "sh", "-c", daemon]).output().unwrap();
+        let [pid] = pids(&output.stdout)[..] else { panic!("{output:?}") };
+        assert_eq!((output.status.code(), is_alive(pid)), (Some(5), leaves), "{output:?}");
+        if leaves {
+            assert!(std::process::Command::new("kill").arg(pid.to_string()).status().unwrap().success());
+        }
+    }
+}
+
 #[test]
 fn nothing_is_left_when_either_side_is_killed() {
     let script = "echo $$; printf '\\007' > /dev/fb0; exec sleep 1000";
@@ -111,18 +217,10 @@ fn nothing_is_left_when_either_side_is_killed() {
     let mut line = String::new();
     BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
     let pid: u32 = line.trim().parse().unwrap();
-    let is_alive = |pid: u32| {
-        let state = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-        !state.is_empty() && !state.contains(") Z ")
-    };
     assert!(is_alive(pid));
     child.kill().unwrap();
     child.wait().unwrap();
-    let started = Instant::now();
-    while is_alive(pid) {
-        assert!(started.elapsed() < Duration::from_secs(60), "the program outlives fbptr");
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    assert_ended(pid);
     let sockets = std::fs::read_to_string("/proc/net/unix").unwrap_or_default();
     assert!(!sockets.contains(&format!("@fbptr-run-{}-", child.id())), "{sockets}");
 }

@@ -1,5 +1,6 @@
 //! `fbptr run`: programs that know nothing of fbptr, on the emulated framebuffer device.
 
+mod console;
 mod demos;
 mod device;
 mod endings;

@@ -11,6 +11,7 @@ use fbptr_core::error::{Code, Fault};
 use fbptr_core::memory::{Rgba, parse_color};
 
 /// UTF-8's byte order mark, which some editors put before a file's text: skipped there.
+#[doc(hidden)]
 pub const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 impl Decoder {

@@ -23,6 +23,7 @@ mod single;
 #[cfg(test)]
 mod tests;
 
+#[doc(hidden)]
 pub use line::BYTE_ORDER_MARK;
 pub(super) use line::PayloadLength;
 
@@ -82,7 +83,7 @@ enum DecoderState {
 /// Incremental decoder: turns a stream's bytes, fed in pieces of any size, into commands.
 ///
 /// ```
-/// use fbptr::command::{Command, Decoder, EndOfInput, Flow, Limits, StreamPosition, Sink, StreamError};
+/// use fbptr_command::{Command, Decoder, EndOfInput, Flow, Limits, StreamPosition, Sink, StreamError};
 /// #[derive(Default)]
 /// struct Heard(Vec<String>);
 /// impl Sink for Heard {

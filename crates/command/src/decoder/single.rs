@@ -18,12 +18,12 @@ impl Command {
     /// separated by blanks; its length is not limited.
     ///
     /// ```
-    /// use fbptr::command::{Command, Figure};
+    /// use fbptr_command::{Command, Figure};
     ///
     /// let command = Command::parse(b"TEXT 2 3 white", Some(b"hello".to_vec()))?;
     /// assert_eq!(command, Figure::Text { x: 2, y: 3, color: [255; 4], utf8: b"hello".to_vec() }.into());
     /// assert!(Command::parse(b"TEXT 2 3 white", None).is_err());
-    /// # Ok::<(), fbptr::command::StreamError>(())
+    /// # Ok::<(), fbptr_command::StreamError>(())
     /// ```
     ///
     /// # Errors

@@ -71,13 +71,13 @@ impl EncodeError {
 /// Appends a command's bytes to `out`; on an error nothing is appended.
 ///
 /// ```
-/// use fbptr::command::{Command, Figure, encode};
+/// use fbptr_command::{Command, Figure, encode};
 /// let mut bytes = Vec::new();
 /// encode(&Command::Pixel { x: 1, y: -2, color: [255, 128, 0, 255] }, &mut bytes)?;
 /// let text = Figure::Text { x: 0, y: 0, color: [9, 9, 9, 0], utf8: b"hi".to_vec() };
 /// encode(&Command::Figure(text), &mut bytes)?;
 /// assert_eq!(bytes, b"PX 1 -2 ff8000\nTEXT 0 0 09090900 :2\nhi");
-/// # Ok::<(), fbptr::command::EncodeError>(())
+/// # Ok::<(), fbptr_command::EncodeError>(())
 /// ```
 pub fn encode(command: &Command, out: &mut Vec<u8>) -> Result<(), EncodeError> {
     command.validate()?;

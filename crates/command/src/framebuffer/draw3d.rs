@@ -139,8 +139,8 @@ impl Framebuffer {
     /// outside the view, its faces may be turned away. [`DrawReport::visible`] makes that an error.
     ///
     /// ```
-    /// let mut fb = fbptr::Framebuffer::new(64, 48)?;
-    /// let teapot = fbptr::scene::shapes::teapot(4)?;
+    /// let mut fb = fbptr_command::Framebuffer::new(64, 48)?;
+    /// let teapot = fbptr_core::scene::shapes::teapot(4)?;
     /// fb.show_whole(&teapot);
     /// fb.draw(&teapot)?.visible()?;
     /// assert!(fb.depth_at(32, 24)? < 1.0);

@@ -22,7 +22,7 @@ type Opened<F> = (String, Vec<u8>, F);
 /// of its folder.
 fn open(path: &Path) -> Result<Opened<impl FnMut(&str) -> Option<Vec<u8>> + use<>>, LoadError> {
     let name = path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|e| {
+    let bytes = fbptr_formats::save::read_input(path, MAX_FILE_BYTES).map_err(|e| {
         let kind = match e.kind() {
             io::ErrorKind::NotFound => LoadErrorKind::Missing { what: "file", name: name.clone() },
             _ => LoadErrorKind::Undecodable { format: "file", reason: e.to_string() },

@@ -26,7 +26,7 @@ use fbptr_formats::save;
 /// A frame of pixels with everything that drawing on it needs.
 ///
 /// ```
-/// let mut fb = fbptr::Framebuffer::new(64, 48)?;
+/// let mut fb = fbptr_command::Framebuffer::new(64, 48)?;
 /// fb.clear([0, 0, 64, 255]);
 /// fb.line([0, 0], [63, 47], [255, 255, 0, 255]);
 /// fb.text([2, 2], "hello", [255, 255, 255, 255]);

@@ -9,20 +9,18 @@
 //! Three versions with equal results for every input: `portable` in words of eight bytes and
 //! `avx2`, vectors of sixteen bytes where the CPU has AVX2, a line at a time; `avx512`, AVX-512,
 //! four lines at a time, which leaves what it does not accept to the others. Both are compiled with
-//! the crate's features of these names. The CPU is queried at each call, which costs a load.
+//! the crate's feature `avx`. The CPU is queried at each call, which costs a load.
 
-#[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
+#[cfg(all(target_arch = "x86_64", feature = "avx"))]
 mod avx2;
-#[cfg(all(target_arch = "x86_64", feature = "avx512"))]
+#[cfg(all(target_arch = "x86_64", feature = "avx"))]
 mod avx512;
 mod portable;
 #[cfg(test)]
 mod tests;
 
-#[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
-use fbptr_core::simd::bytes::Avx2Bytes;
-#[cfg(all(target_arch = "x86_64", feature = "avx512"))]
-use fbptr_core::simd::bytes::Avx512Bytes;
+#[cfg(all(target_arch = "x86_64", feature = "avx"))]
+use fbptr_core::simd::bytes::{Avx2Bytes, Avx512Bytes};
 
 /// Decoded pixel: x and y as u16 little-endian, r, g, b, a.
 pub type Record = [u8; 8];
@@ -116,7 +114,7 @@ impl<F: FnMut(&[Record])> Batch<'_, F> {
 /// Reads lines one by one, except in the last window; returns the bytes and lines read.
 #[inline]
 fn full_windows(bytes: &[u8], most: u64, each: &mut impl FnMut(u16, u16, [u8; 4])) -> (usize, u64) {
-    #[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
+    #[cfg(all(target_arch = "x86_64", feature = "avx"))]
     if let Some(read) = Avx2Bytes::run(avx2::PixelLines { bytes, most, each: &mut *each }) {
         return read;
     }
@@ -126,16 +124,16 @@ fn full_windows(bytes: &[u8], most: u64, each: &mut impl FnMut(u16, u16, [u8; 4]
 /// Returns whether `bytes` are enough, and the CPU able, to read four lines at a time.
 #[inline]
 fn is_wide(bytes: &[u8]) -> bool {
-    #[cfg(all(target_arch = "x86_64", feature = "avx512"))]
+    #[cfg(all(target_arch = "x86_64", feature = "avx"))]
     return bytes.len() >= avx512::LEAST_BYTES && Avx512Bytes::is_available();
-    #[cfg(not(all(target_arch = "x86_64", feature = "avx512")))]
+    #[cfg(not(all(target_arch = "x86_64", feature = "avx")))]
     return bytes.len() == usize::MAX;
 }
 
 /// Reads lines four at a time, if the CPU can; returns the bytes and lines read.
 #[inline]
 fn read_by_four(bytes: &[u8], emit: &mut impl FnMut(&[Record])) -> (usize, u64) {
-    #[cfg(all(target_arch = "x86_64", feature = "avx512"))]
+    #[cfg(all(target_arch = "x86_64", feature = "avx"))]
     if let Some(read) = Avx512Bytes::run(avx512::PixelRecords { bytes, emit: &mut *emit }) {
         return read;
     }

@@ -25,7 +25,7 @@ fn portable(bytes: &[u8]) -> Heard {
     heard(|b, mut f| portable::pixel_lines(b, u64::MAX, &mut f), bytes)
 }
 
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", feature = "avx"))]
 fn vectors(bytes: &[u8]) -> Option<Heard> {
     let read = |bytes: &[u8], mut each: &mut dyn FnMut(u16, u16, [u8; 4])| {
         Avx2Bytes::run(avx2::PixelLines { bytes, most: u64::MAX, each: &mut each }).expect("AVX2")
@@ -33,12 +33,12 @@ fn vectors(bytes: &[u8]) -> Option<Heard> {
     Avx2Bytes::is_available().then(|| heard(read, bytes))
 }
 
-#[cfg(not(target_arch = "x86_64"))]
+#[cfg(not(all(target_arch = "x86_64", feature = "avx")))]
 fn vectors(_: &[u8]) -> Option<Heard> {
     None
 }
 
-#[cfg(all(target_arch = "x86_64", feature = "avx512"))]
+#[cfg(all(target_arch = "x86_64", feature = "avx"))]
 fn wide(bytes: &[u8]) -> Option<Heard> {
     let read = |bytes: &[u8], mut emit: &mut dyn FnMut(&[Record])| {
         Avx512Bytes::run(avx512::PixelRecords { bytes, emit: &mut emit }).expect("AVX-512")
@@ -46,7 +46,7 @@ fn wide(bytes: &[u8]) -> Option<Heard> {
     Avx512Bytes::is_available().then(|| heard_records(read, bytes))
 }
 
-#[cfg(not(all(target_arch = "x86_64", feature = "avx512")))]
+#[cfg(not(all(target_arch = "x86_64", feature = "avx")))]
 fn wide(_: &[u8]) -> Option<Heard> {
     None
 }

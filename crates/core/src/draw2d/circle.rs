@@ -112,6 +112,30 @@ mod tests {
     use crate::draw2d::raster::{extremes, lit, memory, picture};
     use std::collections::BTreeSet;
 
+    #[test]
+    fn a_disc_about_the_pixels_centre_fills_the_circle_of_its_radius() {
+        for r in 0..120 {
+            let size = 2 * r as u32 + 5;
+            let c = r + 2;
+            let (mut rim, mut disc) =
+                (VideoMemory::new(size, size).unwrap(), VideoMemory::new(size, size).unwrap());
+            let white = [255; 4];
+            circle(&mut rim, [c, c], r, white, Blend::Replace).unwrap();
+            let centre = [f64::from(c) + 0.5; 2];
+            crate::draw2d::fill_circle(&mut disc, centre, r.into(), white, Blend::Replace).unwrap();
+            for y in 0..size as i32 {
+                let is_lit = |memory: &VideoMemory, x: i32| memory.get_pixel(x, y).unwrap() == white;
+                let columns: Vec<i32> = (0..size as i32).filter(|x| is_lit(&rim, *x)).collect();
+                let inside = columns.first().zip(columns.last());
+                for x in 0..size as i32 {
+                    let is_filled = is_lit(&rim, x) || is_lit(&disc, x);
+                    let is_inside = inside.is_some_and(|(first, last)| (*first..=*last).contains(&x));
+                    assert_eq!(is_filled, is_inside, "radius {r}: {x},{y}");
+                }
+            }
+        }
+    }
+
     /// Returns the pixels by definition: in each octant the pixel nearest to the true circle.
     fn truth(cx: i32, cy: i32, r: i64, w: i64, h: i64) -> Vec<(i32, i32)> {
         let mut set = BTreeSet::new();

@@ -33,6 +33,7 @@ pub mod font;
 mod gradient;
 mod line;
 mod line_aa;
+#[doc(hidden)]
 pub mod look;
 mod pixels;
 mod rect;

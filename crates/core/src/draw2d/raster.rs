@@ -36,7 +36,7 @@ pub fn extremes() -> [i32; 10] {
 
 /// Reads a golden file from `tests/data/golden`.
 pub fn golden(name: &str) -> serde_json::Value {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/golden").join(name);
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/golden").join(name);
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 

@@ -24,6 +24,7 @@ const NO_DIGIT: u8 = 0xff;
 
 /// Decodes the hex digits of `word` into `bytes`, two digits each, and returns whether all of them
 /// were hex digits.
+#[doc(hidden)]
 pub fn read_hex(word: &[u8], bytes: &mut [u8]) -> bool {
     let mut seen = 0;
     for (byte, [high, low]) in bytes.iter_mut().zip(word.as_chunks::<2>().0) {
@@ -42,7 +43,7 @@ fn hex_bytes<const N: usize>(word: &[u8]) -> Option<[u8; N]> {
 /// Returns the colour that `word` stands for, or `None`.
 ///
 /// ```
-/// use fbptr::memory::parse_color;
+/// use fbptr_core::memory::parse_color;
 /// assert_eq!(parse_color(b"80"), Some([128, 128, 128, 255]));
 /// assert_eq!(parse_color(b"FF8000"), Some([255, 128, 0, 255]));
 /// assert_eq!(parse_color(b"ff800040"), Some([255, 128, 0, 64]));
@@ -89,7 +90,7 @@ fn plain_color(word: &[u8]) -> Option<Rgba> {
 /// has no alpha: one that is not ff is refused.
 ///
 /// ```
-/// use fbptr::memory::parse_light_color;
+/// use fbptr_core::memory::parse_light_color;
 /// assert_eq!(parse_light_color(b"#ff0033"), Some([1.0, 0.0, 0.2]));
 /// assert_eq!(parse_light_color(b"Yellow"), Some([1.0, 1.0, 0.0]));
 /// assert_eq!(parse_light_color(b"ff0033"), None);

@@ -21,6 +21,7 @@ mod shared;
 mod video;
 
 pub use budget::{MemoryBudget, MemoryUse, OverBudget, Reservation};
+#[doc(hidden)]
 pub use color::read_hex;
 pub use color::{parse_color, parse_light_color};
 pub use compositing::over;
@@ -28,6 +29,7 @@ pub(crate) use compositing::{blend, opaque};
 pub(crate) use depth::DepthCells;
 pub use depth::{DepthFormat, DepthMemory, DepthWords};
 #[cfg(target_os = "linux")]
+#[doc(hidden)]
 pub use device::DeviceMemory;
 pub use fbptr::FbPtr;
 pub(crate) use pending_clear::{STRIP_CELL, TILE_CELL};

@@ -88,6 +88,7 @@ impl PickBuffer {
     }
 
     /// Returns the bytes that a buffer of this size takes, with the bits of its pending clears.
+    #[doc(hidden)]
     pub fn bytes_for(width: u32, height: u32) -> u64 {
         let words = width.div_ceil(STRIP_CELL as u32 * u128::BITS);
         u64::from(height) * (u64::from(width) * 8 + u64::from(words) * 16)

@@ -140,6 +140,7 @@ impl VideoMemory {
     }
 
     /// Creates a frame without pixels, in the place of one that is lent.
+    #[doc(hidden)]
     pub fn vacant() -> Self {
         let (bytes, clip) = (Aligned::default(), [0..0, 0..0]);
         VideoMemory { width: 0, height: 0, bytes, damage: NO_ROWS, window: 0..0, clip, unclipped_columns: 0 }

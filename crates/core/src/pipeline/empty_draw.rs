@@ -104,6 +104,7 @@ impl EmptyDraw {
 
     /// Returns the reason why nothing can be drawn in an area of this memory; `None` if a pixel of it
     /// can be.
+    #[doc(hidden)]
     pub fn of_area(area: Viewport, memory: &VideoMemory) -> Option<EmptyDraw> {
         if !meets(area, [0..memory.width(), 0..memory.height()]) {
             return Some(EmptyDraw::NoViewport);
@@ -199,6 +200,7 @@ fn is_clear(call: &DrawCall) -> bool {
 
 /// Returns whether light would show any face of a scene: its material reflects light, and its
 /// texture or the vertices' colors are not black.
+#[doc(hidden)]
 pub fn reflects_light(scene: &Scene, options: &SceneOptions) -> bool {
     let is_lit = |m: &Material| m.model != LightingModel::Unlit;
     let reflects = |m: &Material| is_lit(m) && (m.kd != DVec3::ZERO || m.ks != DVec3::ZERO);

@@ -12,6 +12,7 @@ use glam::DVec3;
 
 /// Upper bounds of the pixels that the faces of a mesh cover.
 #[derive(Clone, Copy, Debug)]
+#[doc(hidden)]
 pub struct CoverageBound {
     /// Number of pixels; one under several faces counts once for each of them.
     pub covered: f64,

@@ -61,10 +61,14 @@ pub use clip::{ClipVertex, ClippedLine, clip_line, clip_polygon};
 pub use draw_call::{
     CoarseDepth, DepthUse, DrawCall, DrawStats, PathCounts, PipelineError, RenderPath, SceneOptions, Target,
 };
+#[doc(hidden)]
 pub use empty_draw::reflects_light;
 pub use empty_draw::{EmptyDraw, is_dark};
+#[doc(hidden)]
 pub use mesh_extent::CoverageBound;
+#[doc(hidden)]
 pub use ndc_box::{ClipTransform, NdcBox};
+#[doc(hidden)]
 pub use normals::polygon_normal;
 pub use plan::{Part, Plan, PlanItem, Title};
 pub use preemption::{Preemption, TargetOwner};
@@ -75,7 +79,7 @@ pub use scene_plan::plan_scene;
 /// Reads a JSON file of reference values from `tests/data/golden`.
 #[cfg(test)]
 fn golden(name: &str) -> serde_json::Value {
-    let path = format!("{}/tests/data/golden/{name}.json", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/../../tests/data/golden/{name}.json", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
     serde_json::from_str(&text).unwrap_or_else(|e| panic!("{path}: {e}"))
 }

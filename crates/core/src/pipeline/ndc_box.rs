@@ -15,6 +15,7 @@ const MOST_ROUNDING: f64 = 1e-4;
 
 /// Transform to clip space, with a bound on its rounding errors.
 #[derive(Clone, Copy, Debug)]
+#[doc(hidden)]
 pub struct ClipTransform {
     matrix: DMat4,
     /// Coordinates of at most r in magnitude become numbers of at most `scale` * r + `offset` on the
@@ -61,6 +62,7 @@ impl ClipTransform {
 
 /// Rectangle around a box that lies before the eye.
 #[derive(Clone, Copy, Debug)]
+#[doc(hidden)]
 pub struct NdcBox {
     /// Least x and y, from -1 to 1.
     pub low: [f64; 2],

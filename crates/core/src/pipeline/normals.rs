@@ -18,6 +18,7 @@ const POLYGONS_AT_ONCE: usize = 4096;
 
 /// Returns the unit normal of a polygon by Newell's method, on its counter-clockwise side. Returns
 /// `None` without area, or if the extent is not finite.
+#[doc(hidden)]
 pub fn polygon_normal(points: impl Iterator<Item = DVec3> + Clone) -> Option<DVec3> {
     let origin = points.clone().next()?;
     // Scaled to 1, so that neither huge nor tiny polygons over- or underflow.

@@ -275,6 +275,7 @@ impl Renderer {
 
     /// Returns upper bounds of the pixels that a draw covers, if the tile renderer draws all of it in
     /// one piece, and all that it needs of the mesh has been computed by draws before.
+    #[doc(hidden)]
     pub fn coverage_by_tiles(&mut self, target: &Target, call: &DrawCall) -> Option<CoverageBound> {
         let info = self.cached_info(call).filter(|info| info.checked.is_ok())?;
         let (bounds, mesh) = (info.bounds?, &call.geometry.mesh);

@@ -1,6 +1,8 @@
 //! Detection of the CPU's vector width, and dispatch of kernels.
 
 use super::Simd;
+#[cfg(all(target_arch = "x86_64", any(test, feature = "avx")))]
+use super::{avx2::RunAvx2, avx512::RunAvx512};
 use std::sync::OnceLock;
 
 /// Code over any [`Simd`]. Mark `run` `#[inline(always)]`, so that it is compiled for each level.
@@ -41,7 +43,7 @@ impl Level {
     pub fn is_available(self) -> bool {
         match self {
             Level::Portable => true,
-            #[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
+            #[cfg(all(target_arch = "x86_64", any(test, feature = "avx")))]
             Level::Avx2 => {
                 std::is_x86_feature_detected!("avx2")
                     && std::is_x86_feature_detected!("bmi1")
@@ -49,7 +51,7 @@ impl Level {
                     && std::is_x86_feature_detected!("lzcnt")
                     && std::is_x86_feature_detected!("popcnt")
             }
-            #[cfg(all(target_arch = "x86_64", feature = "avx512"))]
+            #[cfg(all(target_arch = "x86_64", any(test, feature = "avx")))]
             Level::Avx512 => {
                 std::is_x86_feature_detected!("avx512f")
                     && std::is_x86_feature_detected!("avx512bw")
@@ -59,10 +61,8 @@ impl Level {
             }
             // Part of the target, not detected.
             Level::Neon => HAS_NEON,
-            #[cfg(not(all(target_arch = "x86_64", any(test, feature = "avx2"))))]
-            Level::Avx2 => false,
-            #[cfg(not(all(target_arch = "x86_64", feature = "avx512")))]
-            Level::Avx512 => false,
+            #[cfg(not(all(target_arch = "x86_64", any(test, feature = "avx"))))]
+            Level::Avx2 | Level::Avx512 => false,
         }
     }
 
@@ -84,17 +84,16 @@ impl Level {
     /// Runs `kernel` at this level, or at the widest available level below it.
     #[inline]
     pub fn dispatch<K: Kernel>(self, kernel: K) -> K::Output {
-        #[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
+        #[cfg(all(target_arch = "x86_64", any(test, feature = "avx")))]
         {
             let level = self.min(Level::best());
-            #[cfg(feature = "avx512")]
             if level == Level::Avx512 {
                 // SAFETY: `best` found the CPU to have every feature that the function names.
-                return unsafe { super::avx512::run(kernel) };
+                return unsafe { kernel.run_avx512() };
             }
             if level == Level::Avx2 {
                 // SAFETY: `best` found the CPU to have every feature that the function names.
-                return unsafe { super::avx2::run(kernel) };
+                return unsafe { kernel.run_avx2() };
             }
         }
         #[cfg(all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"))]
@@ -105,14 +104,13 @@ impl Level {
     }
 
     /// Runs a kernel of long chains of dependent operations: as [`dispatch`](Level::dispatch) does,
-    /// but over pairs of vectors where they have 8 lanes and pairs are faster. Pairs are compiled
-    /// with the feature `avx512`, that of kernels of 16 lanes.
+    /// but over pairs of vectors where they have 8 lanes and pairs are faster.
     #[inline]
     pub(crate) fn dispatch_long<K: Kernel>(self, kernel: K) -> K::Output {
-        #[cfg(all(target_arch = "x86_64", any(test, feature = "avx512")))]
+        #[cfg(all(target_arch = "x86_64", any(test, feature = "avx")))]
         if self.min(Level::best()) == Level::Avx2 && super::avx2::pairs_are_faster() {
             // SAFETY: `best` found the CPU to have every feature that the function names.
-            return unsafe { super::avx2::run_paired(kernel) };
+            return unsafe { kernel.run_paired() };
         }
         self.dispatch(kernel)
     }

@@ -1,8 +1,8 @@
 //! SIMD vectors of 16, 8 or 4 lanes.
 //!
 //! A kernel is written once, over the trait [`Simd`], and run at a [`Level`] that is chosen once at
-//! start from the features of the CPU: AVX-512 (16 lanes, with the crate's feature `avx512`), AVX2
-//! (8 lanes, with the feature `avx2`), NEON (4 lanes), or portable arrays (4 lanes), which are the
+//! start from the features of the CPU: AVX-512 (16 lanes) and AVX2 (8 lanes), both with the crate's
+//! feature `avx`, NEON (4 lanes), or portable arrays (4 lanes), which are the
 //! scalar reference for the others. In their place stand vectors of 4 lanes that every CPU of a
 //! target has: SSE2 on x86-64, WebAssembly's where a module is built with them. Every operation is
 //! exact or correctly rounded, in a fixed order, without FMA and without approximate reciprocals,
@@ -15,13 +15,13 @@
 #![allow(unsafe_code)]
 
 pub mod allocator;
-#[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
+#[cfg(all(target_arch = "x86_64", any(test, feature = "avx")))]
 mod avx2;
-#[cfg(all(target_arch = "x86_64", feature = "avx512"))]
+#[cfg(all(target_arch = "x86_64", any(test, feature = "avx")))]
 mod avx512;
-#[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
+#[cfg(all(target_arch = "x86_64", any(test, feature = "avx")))]
 mod avx_records;
-#[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
+#[cfg(all(target_arch = "x86_64", any(test, feature = "avx")))]
 pub mod bytes;
 mod crt;
 mod fill;
@@ -34,13 +34,13 @@ mod four_lanes;
 mod level;
 #[cfg(all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"))]
 mod neon;
-#[cfg(any(test, all(target_arch = "x86_64", feature = "avx512")))]
+#[cfg(any(test, feature = "avx"))]
 mod pair;
 mod pixels;
 mod portable;
 pub mod prefetch;
 mod scanout;
-#[cfg(all(target_arch = "x86_64", any(test, feature = "avx2")))]
+#[cfg(all(target_arch = "x86_64", any(test, feature = "avx")))]
 mod spill;
 #[cfg(target_arch = "x86_64")]
 mod sse2;

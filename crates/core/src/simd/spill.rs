@@ -21,7 +21,7 @@ impl<const N: usize> Spill<N> {
     ///
     /// # Panics
     /// If `k` is out of range.
-    #[cfg(any(test, feature = "avx512"))]
+    #[cfg(any(test, feature = "avx"))]
     #[inline(always)]
     pub fn pair(&self, k: usize) -> [usize; 2] {
         let place: &[i32; 2] = self.0[2 * k..].first_chunk().expect("a pair of lanes");

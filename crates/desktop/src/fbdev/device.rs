@@ -29,6 +29,8 @@ pub struct DeviceOptions {
     pub format: usize,
     /// Vertical blanks a second.
     pub hz: u32,
+    /// Bytes of a row where its pixels need less; 0 for rows without padding.
+    pub line_length: u32,
 }
 
 /// A framebuffer device.
@@ -49,11 +51,14 @@ impl Device {
     /// If the system refuses a memory, or it would be larger than 4 GiB.
     pub fn new(options: &DeviceOptions) -> io::Result<Device> {
         let (width, height) = options.size;
-        let bytes = (u64::from(width) * u64::from(height) * 4 * SCREENS).next_multiple_of(4096);
+        let least_line = options.line_length.next_multiple_of(4);
+        let line = (u64::from(width) * 4).max(least_line.into());
+        let bytes = (line * u64::from(height) * SCREENS).next_multiple_of(4096);
         let smem_len = u32::try_from(bytes).map_err(|_| {
             io::Error::other(format!("{width}x{height} pixels need {bytes} bytes, more than 4 GiB"))
         })?;
-        let limits = DeviceLimits { width, height, smem_len, hz: options.hz, format: options.format as u32 };
+        let format = options.format as u32;
+        let limits = DeviceLimits { width, height, smem_len, hz: options.hz, format, least_line };
         let control = DeviceMemory::new("fbptr-control", at::CONTROL_BYTES)?;
         let mut library = File::from(memfd_create("fbptr-preload", MemfdFlags::CLOEXEC)?);
         library.write_all(LIBRARY)?;
@@ -72,6 +77,7 @@ impl Device {
         set(at::HEIGHT_AT, self.limits.height);
         set(at::HZ_AT, self.limits.hz);
         set(at::FORMAT_AT, self.limits.format);
+        set(at::LEAST_LINE_AT, self.limits.least_line);
         set(at::ACTIVE_TERMINAL_AT, 1);
         // K_UNICODE
         set(at::KEYBOARD_MODE_AT, 3);
@@ -157,7 +163,7 @@ impl Device {
         }
     }
 
-    #[cfg(test)]
+    /// Returns the constants by which modes are checked.
     pub(super) fn limits(&self) -> &DeviceLimits {
         &self.limits
     }
@@ -181,9 +187,16 @@ impl Device {
         self.control.long(at).store(value, Ordering::Release);
     }
 
-    /// Sets the number of the pseudo terminal that stands for the console.
-    pub fn set_terminal(&self, number: Option<u32>) {
-        self.set_word(at::TERMINAL_AT, number.map_or(0, |number| number + 1));
+    /// Sets the numbers of the pseudo terminals that stand for the virtual terminals from 1 on.
+    pub fn set_terminals(&self, numbers: impl Iterator<Item = Option<u32>>) {
+        for (index, number) in numbers.take(at::TERMINALS).enumerate() {
+            self.set_word(at::TERMINALS_AT + index * 4, number.map_or(0, |number| number + 1));
+        }
+    }
+
+    /// Returns the number of the virtual terminal that has the keyboard, from 1.
+    pub fn active_terminal(&self) -> u32 {
+        self.word(at::ACTIVE_TERMINAL_AT)
     }
 
     /// Returns the number of times that a program has opened the device.
@@ -290,7 +303,7 @@ mod tests {
     use super::*;
 
     fn device() -> Device {
-        Device::new(&DeviceOptions { size: (64, 40), format: 0, hz: 60 }).unwrap()
+        Device::new(&DeviceOptions { size: (64, 40), format: 0, hz: 60, line_length: 0 }).unwrap()
     }
 
     #[test]
@@ -298,7 +311,7 @@ mod tests {
         let device = device();
         let limits = *device.limits();
         let (_, var) = device.mode();
-        assert_eq!((var.xres, var.yres, var.line_length(), var.red.offset), (64, 40, 256, 16));
+        assert_eq!((var.xres, var.yres, limits.line_length(&var), var.red.offset), (64, 40, 256, 16));
         let set = |change: fn(&mut Var)| {
             let mut wanted = var;
             change(&mut wanted);
@@ -306,7 +319,7 @@ mod tests {
         };
         // The bit fields of 32 bits do not fit 16: the depth's own are taken.
         let high = set(|v| v.bits_per_pixel = 16).unwrap();
-        assert_eq!((high.red.offset, high.green.length, high.line_length()), (11, 6, 128));
+        assert_eq!((high.red.offset, high.green.length, limits.line_length(&high)), (11, 6, 128));
         assert_eq!(set(|v| v.bits_per_pixel = 15).unwrap().green.length, 5);
         let rgba = set(|v| (v.red.offset, v.blue.offset, v.transp.length) = (0, 16, 8)).unwrap();
         assert_eq!((rgba.red.offset, rgba.transp.offset), (0, 24));
@@ -330,7 +343,8 @@ mod tests {
             let mut wanted = var;
             wanted.bits_per_pixel = bits;
             let found = mode::check(&wanted, &limits).unwrap();
-            assert_eq!((found.bits_per_pixel, found.red.length, found.line_length()), (bits, bits, 8 * bits));
+            assert_eq!((found.bits_per_pixel, found.red.length), (bits, bits));
+            assert_eq!(limits.line_length(&found), 8 * bits);
         }
     }
 

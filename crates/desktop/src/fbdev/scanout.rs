@@ -73,7 +73,8 @@ impl ScanOut {
             }
             return is_whole;
         }
-        if !self.is_shared && is_same(&var, format, pan, memory) {
+        let is_padded = device.limits().line_length(&var) as usize != memory.stride_bytes();
+        if !self.is_shared && !is_padded && is_same(&var, format, pan, memory) {
             self.copy = Vec::new();
             return take_bytes(device, memory, is_whole);
         }
@@ -118,9 +119,13 @@ impl ScanOut {
         is_whole: bool,
     ) -> bool {
         let Some(placement) = Placement::new(var, memory) else { return false };
+        let line_length = device.limits().line_length(var);
         let mut is_changed = false;
         for y in 0..var.yres {
-            let Some(line) = visible_bytes(var, format.bits, self.pan, y, self.copy.len()) else { continue };
+            let Some(line) = visible_bytes(var, format.bits, line_length, self.pan, y, self.copy.len())
+            else {
+                continue;
+            };
             if !device.memory().refresh(line.words.start, &mut self.copy[line.words.clone()]) && !is_whole {
                 continue;
             }
@@ -179,8 +184,15 @@ struct Line {
 }
 
 /// Returns the place of the visible part of row `y`; `None` if a program has set it off the memory.
-fn visible_bytes(var: &Var, bits: u32, pan: (u32, u32), y: u32, len: usize) -> Option<Line> {
-    let line = u64::from(var.line_length());
+fn visible_bytes(
+    var: &Var,
+    bits: u32,
+    line_length: u32,
+    pan: (u32, u32),
+    y: u32,
+    len: usize,
+) -> Option<Line> {
+    let line = u64::from(line_length);
     let first_bit = u64::from(pan.0) * u64::from(bits);
     let last_byte = (first_bit + u64::from(var.xres) * u64::from(bits)).div_ceil(8);
     let start = (u64::from(pan.1) + u64::from(y)).checked_mul(line).filter(|start| *start < len as u64)?;
@@ -275,7 +287,7 @@ mod tests {
     impl Bench {
         fn new(format: &str, size: (u32, u32)) -> Bench {
             let format = Format::index(format).unwrap();
-            let device = Device::new(&DeviceOptions { size, format, hz: 60 }).unwrap();
+            let device = Device::new(&DeviceOptions { size, format, hz: 60, line_length: 0 }).unwrap();
             let mut memory = VideoMemory::new(size.0, size.1).unwrap();
             memory.take_damage();
             Bench { scan: ScanOut::new(true), device, memory }
@@ -515,12 +527,13 @@ mod tests {
         let var = Var { xres: 16, yres: 10, xres_virtual: 1 << 30, bits_per_pixel: 32, ..Var::default() };
         // Rows of 2^32 bytes are none at all in 32 bits; those of one pixel less are almost that.
         let less = Var { xres_virtual: (1 << 30) - 1, ..var };
+        let line = |var: &Var| var.xres_virtual.wrapping_mul(4);
         for y in [0, 9] {
-            assert!(visible_bytes(&less, 32, (0, u32::MAX), y, 4096).is_none());
-            assert!(visible_bytes(&less, 32, (u32::MAX, u32::MAX), y, 4096).is_none());
-            assert!(visible_bytes(&var, 32, (0, 1), y, 4096).is_none());
+            assert!(visible_bytes(&less, 32, line(&less), (0, u32::MAX), y, 4096).is_none());
+            assert!(visible_bytes(&less, 32, line(&less), (u32::MAX, u32::MAX), y, 4096).is_none());
+            assert!(visible_bytes(&var, 32, line(&var), (0, 1), y, 4096).is_none());
         }
-        assert!(visible_bytes(&less, 32, (0, 0), 0, 4096).is_some());
+        assert!(visible_bytes(&less, 32, line(&less), (0, 0), 0, 4096).is_some());
     }
 
     #[test]

@@ -32,12 +32,12 @@ const FRAMES_PER_SECOND: usize = 60;
 /// `--snap FILE` saves the last frame (.png, .ppm or .raw).
 ///
 /// ```no_run
-/// fbptr::run(160, 120, |fb, input| {
+/// fbptr_desktop::window::program::run(160, 120, |fb, input| {
 ///     let [x, y] = input.mouse;
 ///     fb.put_pixel(x, y, [255, 255, 0, 255]);
 ///     input.close = input.is_down("escape");
 /// })?;
-/// # Ok::<(), fbptr::WindowError>(())
+/// # Ok::<(), fbptr_desktop::window::WindowError>(())
 /// ```
 ///
 /// # Errors

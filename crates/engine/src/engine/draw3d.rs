@@ -17,8 +17,8 @@ use fbptr_core::math::matrix;
 use fbptr_core::memory::{MemoryUse, Reservation};
 use fbptr_core::pipeline::{DrawStats, EmptyDraw, PipelineError, SceneOptions, is_dark};
 use fbptr_core::scene::{
-    Camera, CameraError, Light, LightKind, LookAt, Projection, Sampling, Scene, TextureUse,
-    TransparencyOrder, Viewport, ViewportRule,
+    Camera, Light, LightKind, LookAt, Projection, Sampling, Scene, TextureUse, TransparencyOrder, Viewport,
+    ViewportRule,
 };
 use glam::{DMat4, DVec3};
 use std::sync::Arc;

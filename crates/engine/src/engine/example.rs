@@ -9,7 +9,7 @@ use fbptr_core::draw2d::{DrawError, FigureTarget};
 use fbptr_core::error::Fault;
 
 /// The figure of the example's row: centre, reach and colour.
-struct Cross([i32; 2], i32, Rgba);
+pub(crate) struct Cross([i32; 2], i32, Rgba);
 
 impl DrawFigure for Cross {
     fn draw(&self, target: &mut FigureTarget<'_>) -> Result<(), DrawError> {
@@ -21,7 +21,7 @@ impl DrawFigure for Cross {
 }
 
 /// The commands of a table that has this row alone.
-enum Command {
+pub(crate) enum Command {
     Figure(Cross),
 }
 

@@ -8,8 +8,8 @@
 //! The caller decides the order: a command has taken effect before the next one runs.
 //!
 //! ```
-//! use fbptr::command::Command;
-//! use fbptr::server::{Audience, Engine, Session};
+//! use fbptr_command::Command;
+//! use fbptr_engine::{Audience, Engine, Session};
 //!
 //! let mut engine = Engine::new(10, 6)?;
 //! let mut session = Session::new(1, Audience::Owner);
@@ -17,7 +17,7 @@
 //! engine.run(&mut session, Command::Pixel { x: 1, y: 1, color: [255, 0, 0, 255] }, &mut replies)?;
 //! engine.run(&mut session, Command::GetPixel { x: 1, y: 1 }, &mut replies)?;
 //! assert_eq!(replies, b"PX 1 1 ff0000\n");
-//! # Ok::<(), fbptr::error::Fault>(())
+//! # Ok::<(), fbptr_core::error::Fault>(())
 //! ```
 
 mod call;
@@ -134,7 +134,9 @@ pub struct Engine {
     framebuffer: EngineFrame,
     rendering: Rendering,
     resources: Resources,
+    /// Limits of the requests that run.
     pub quotas: Quotas,
+    /// Totals of all connections.
     pub counters: Counters,
     dialect: Dialect,
     /// Set if the first command of a stream may be `SIZE w h`.

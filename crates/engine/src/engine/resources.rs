@@ -13,7 +13,7 @@ use crate::session::DefaultView;
 use fbptr_command::{Command, FileKind, MeshSource, Rect};
 use fbptr_core::cancel::CancelToken;
 use fbptr_core::error::{Code, Fault};
-use fbptr_core::eye::{self, EyeError, EyeScene, Rotation};
+use fbptr_core::eye::{self, EyeScene, Rotation};
 use fbptr_core::memory::{MemoryUse, Reservation};
 use fbptr_core::pipeline::EmptyDraw;
 use fbptr_core::scene::{Geometry, Mesh, Scene, Texture, Viewport, ViewportRule, shapes};

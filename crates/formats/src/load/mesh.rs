@@ -29,6 +29,9 @@ pub enum Smoothing {
     /// Smooth across edges whose faces' normals differ by at most this angle in radians and are in
     /// the same smoothing group; equal positions are one vertex.
     Angle(f64),
+    /// As `Angle`, with the limit from 27 to 38 degrees, near 30, at which the mesh has the fewest
+    /// edges: sides of a round body are all smooth or all flat, and 45-degree chamfers are sharp.
+    Automatic,
 }
 
 /// File format of a mesh.
@@ -49,6 +52,7 @@ impl MeshFormat {
     }
 
     /// Returns the format of a file of `length` bytes that begins with `first`, if that tells it.
+    #[doc(hidden)]
     pub fn recognize(first: &[u8], length: u64) -> Option<MeshFormat> {
         match first {
             _ if super::ply::is_ply(first) => Some(MeshFormat::Ply),
@@ -128,8 +132,12 @@ pub(super) fn add_normals(
 ) -> Result<bool, LoadErrorKind> {
     match smoothing {
         Smoothing::Indices => Ok(false),
-        Smoothing::Angle(max_angle_rad) => {
+        Smoothing::Angle(_) | Smoothing::Automatic => {
             let _work = memory.work(smooth::working_bytes(mesh))?;
+            let max_angle_rad = match smoothing {
+                Smoothing::Angle(max_angle_rad) => Some(max_angle_rad),
+                _ => None,
+            };
             Ok(smooth::smooth(mesh, groups, max_angle_rad))
         }
     }

@@ -1,8 +1,10 @@
 //! Vertex normals for faces without normals: smooth across edges that are not sharp.
 //!
 //! In: a mesh, the smoothing group of each polygon, and the crease angle, the largest angle between
-//! the normals of two faces that are smoothed together. Out: one normal for each group of smooth
-//! corners; and whether backs of its faces can be seen. Runs on the thread that reads the file; sums are taken in the file's order, so the same file gives the same bits.
+//! the normals of two faces that are smoothed together, or none: then it is chosen by the mesh's own
+//! angles. Out: one normal for each group of smooth corners; and whether backs of its faces can be
+//! seen. Runs on the thread that reads the file; sums are taken in the file's order, so the same file
+//! gives the same bits.
 //!
 //! Equal positions are one vertex (files split them where texture coordinates differ). Corners of a
 //! vertex are smoothed together if their faces meet at an edge whose angle is no larger than the
@@ -16,8 +18,10 @@ use fbptr_core::math::matrix::unit;
 use fbptr_core::pipeline::polygon_normal;
 use fbptr_core::scene::{Corner, Mesh, NONE, Polygon};
 use glam::DVec3;
+use std::cmp::Reverse;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 /// Smoothing group of faces before the first `s`: the angle alone decides.
 pub(super) const UNGROUPED: u32 = u32::MAX;
@@ -51,6 +55,15 @@ struct Edge {
     is_forward: bool,
 }
 
+/// Crease angle in degrees of a mesh that has no edge near it: sides of a cylinder of 13 or more are
+/// smooth, an icosahedron (42 degrees) and chamfers of 45 degrees are not.
+const USUAL_DEG: usize = 30;
+/// Crease angles in degrees that may be chosen.
+const CHOICE_DEG: Range<usize> = 27..39;
+/// Angle in degrees by which edges are to differ from the crease angle: those of one round body
+/// differ among each other by what the file's numbers have been rounded by, and more.
+const APART_DEG: usize = 2;
+
 /// Returns whether the faces at one edge are those of a surface with an inside: as many run along
 /// it one way as the other. A single face is a rim; two that run the same way have one of them
 /// turned inside out.
@@ -71,13 +84,14 @@ fn is_inside_out(mesh: &Mesh) -> bool {
     sum < -1e-9 * size
 }
 
-/// Computes normals for the corners that have none. Returns whether backs of faces can be seen: the
-/// surface is open, or faces of it are turned inside out.
-pub(super) fn smooth(mesh: &mut Mesh, groups: &[u32], max_angle_rad: f64) -> bool {
+/// Computes normals for the corners that have none; without a crease angle one is chosen. Returns
+/// whether backs of faces can be seen: the surface is open, or faces of it are turned inside out.
+pub(super) fn smooth(mesh: &mut Mesh, groups: &[u32], max_angle_rad: Option<f64>) -> bool {
     let vertices = welded(&mesh.positions);
     let edges = edges(mesh, &vertices);
     let is_open = !edges.chunk_by(|a, b| a.vertices == b.vertices).all(is_balanced) || is_inside_out(mesh);
     let normals: Vec<Option<DVec3>> = mesh.polygons.iter().map(|p| normal_of(mesh, p)).collect();
+    let max_angle_rad = max_angle_rad.unwrap_or_else(|| crease_angle(&edges, &normals));
     let mut joined: Vec<u32> = (0..mesh.corners.len() as u32).collect();
     // cos falls as the angle grows; the margin of a rounding error keeps edges at exactly the limit
     // smooth.
@@ -108,6 +122,26 @@ pub(super) fn smooth(mesh: &mut Mesh, groups: &[u32], max_angle_rad: f64) -> boo
     }
     give_normals(mesh, &normals, &mut joined);
     is_open
+}
+
+/// Returns the crease angle in radians, of whole degrees, from which the fewest edges of two faces
+/// differ by less than [`APART_DEG`]; of several the one nearest to [`USUAL_DEG`], the greater one of
+/// two.
+fn crease_angle(edges: &[Edge], normals: &[Option<DVec3>]) -> f64 {
+    // Number of edges by whole degrees.
+    let mut counts = [0u64; CHOICE_DEG.end + APART_DEG];
+    for faces in edges.chunk_by(|a, b| a.vertices == b.vertices) {
+        let [a, b] = faces else { continue };
+        if let (Some(a), Some(b)) = (normals[a.polygon as usize], normals[b.polygon as usize]) {
+            let degrees = libm::acos(a.dot(b).clamp(-1.0, 1.0)).to_degrees();
+            if let Some(count) = counts.get_mut(degrees as usize) {
+                *count += 1;
+            }
+        }
+    }
+    let near = |deg: &usize| -> u64 { counts[deg - APART_DEG..deg + APART_DEG].iter().sum() };
+    let best = CHOICE_DEG.min_by_key(|deg| (near(deg), deg.abs_diff(USUAL_DEG), Reverse(*deg)));
+    (best.unwrap_or(USUAL_DEG) as f64).to_radians()
 }
 
 /// Returns the vertex of each position: the lowest index of an equal position.
@@ -238,15 +272,34 @@ mod tests {
         for (turn, expected) in [(0.5, 6), (FRAC_PI_3, 6), (FRAC_PI_3 + 1e-6, 8), (-0.5, 6), (3.0, 8)] {
             let mut mesh = strip(&[turn]);
             // Two squares share an edge, which joins two pairs of the eight corners.
-            assert!(smooth(&mut mesh, &[], FRAC_PI_3));
+            assert!(smooth(&mut mesh, &[], Some(FRAC_PI_3)));
             assert_eq!(count(&mesh), expected, "{turn}");
         }
         let mut mesh = strip(&[0.5]);
-        smooth(&mut mesh, &[], FRAC_PI_3);
+        smooth(&mut mesh, &[], Some(FRAC_PI_3));
         let [a, b] = [1, 4].map(|c| mesh.normals[mesh.corners[c].normal as usize]);
         assert_eq!(a, b);
         assert!((a - DVec3::new(-libm::sin(0.25), libm::cos(0.25), 0.0)).length() < 1e-12, "{a}");
         assert_eq!(mesh.normals[mesh.corners[0].normal as usize], DVec3::Y);
+    }
+
+    #[test]
+    fn a_crease_angle_is_chosen_where_the_mesh_has_few_edges() {
+        let normals = |turns: &[f64]| {
+            let mut mesh = strip(&turns.iter().map(|t: &f64| t.to_radians()).collect::<Vec<_>>());
+            smooth(&mut mesh, &[], None);
+            count(&mesh)
+        };
+        // Smooth edges leave two normals fewer each.
+        let flat = |edges: usize| 4 * (edges + 1);
+        assert_eq!(normals(&[29.0]), flat(1) - 2);
+        assert_eq!(normals(&[32.5]), flat(1), "near 30, and above it");
+        assert_eq!(normals(&[45.0, 45.0]), flat(2), "a chamfer");
+        // The sides of a cylinder of 12, as far as numbers of 32 bits have rounded them.
+        assert_eq!(normals(&[30.0, 29.999, 30.001, 30.0, 90.0]), flat(5) - 8);
+        assert_eq!(normals(&[41.8, 41.8]), flat(2), "an icosahedron");
+        // A surface with edges of all angles.
+        assert!(normals(&(1..170).map(f64::from).collect::<Vec<_>>()) < flat(169) - 2 * 25);
     }
 
     #[test]
@@ -255,12 +308,12 @@ mod tests {
             [([1, 1], 6), ([1, 2], 8), ([0, 0], 8), ([UNGROUPED, UNGROUPED], 6), ([UNGROUPED, 1], 8)]
         {
             let mut mesh = strip(&[0.5]);
-            smooth(&mut mesh, &groups, FRAC_PI_3);
+            smooth(&mut mesh, &groups, Some(FRAC_PI_3));
             assert_eq!(count(&mesh), expected, "{groups:?}");
         }
         // A group does not smooth an edge sharper than the limit.
         let mut mesh = strip(&[1.5]);
-        smooth(&mut mesh, &[1, 1], FRAC_PI_3);
+        smooth(&mut mesh, &[1, 1], Some(FRAC_PI_3));
         assert_eq!(count(&mesh), 8);
     }
 
@@ -274,7 +327,7 @@ mod tests {
             faces
                 .iter()
                 .for_each(|f| mesh.push_polygon(&f.iter().map(|p| corner(*p)).collect::<Vec<_>>(), NONE));
-            assert!(smooth(&mut mesh, &[], 2.0));
+            assert!(smooth(&mut mesh, &[], Some(2.0)));
             let at = mesh.corners.iter().find(|c| c.position == 0).unwrap();
             mesh.normals[at.normal as usize]
         };
@@ -290,7 +343,7 @@ mod tests {
         let mut mesh = fbptr_core::scene::shapes::cuboid(DVec3::ONE).unwrap();
         mesh.normals.clear();
         mesh.corners.iter_mut().for_each(|c| c.normal = NONE);
-        assert!(!smooth(&mut mesh, &[], FRAC_PI_3), "closed");
+        assert!(!smooth(&mut mesh, &[], Some(FRAC_PI_3)), "closed");
         for p in 0..mesh.polygons.len() {
             let normal = normal_of(&mesh, &mesh.polygons[p]).unwrap();
             assert!(mesh.polygon_corners(p).iter().all(|c| mesh.normals[c.normal as usize] == normal));
@@ -336,7 +389,7 @@ mod tests {
             mesh.push_polygon(&[0, 1, i + 2].map(corner), NONE);
         }
         // All pairs would be 4e10: the test would hang.
-        assert!(smooth(&mut mesh, &[], FRAC_PI_3));
+        assert!(smooth(&mut mesh, &[], Some(FRAC_PI_3)));
         assert_eq!(mesh.corners[0].normal, mesh.corners[300_000].normal);
     }
 
@@ -349,7 +402,7 @@ mod tests {
         mesh.push_polygon(&[p, p + 1, p + 2].map(corner), NONE);
         mesh.normals.push(DVec3::NEG_X);
         mesh.corners[0].normal = 0;
-        smooth(&mut mesh, &[], FRAC_PI_3);
+        smooth(&mut mesh, &[], Some(FRAC_PI_3));
         assert_eq!(mesh.normals[mesh.corners[0].normal as usize], DVec3::NEG_X);
         assert!(mesh.corners[8..].iter().all(|c| c.normal == NONE));
         assert!(mesh.corners[1..8].iter().all(|c| c.normal != NONE));

@@ -1,8 +1,8 @@
 //! Golden-image tests: comparison of a frame with a reference PNG.
 //!
 //! ```no_run
-//! use fbptr::memory::VideoMemory;
-//! use fbptr::save::golden::{Tolerance, assert_golden};
+//! use fbptr_core::memory::VideoMemory;
+//! use fbptr_formats::save::golden::{Tolerance, assert_golden};
 //!
 //! let frame = VideoMemory::new(64, 64).unwrap();
 //! assert_golden(&frame, "tests/golden/black.png", Tolerance::EXACT);
@@ -12,7 +12,7 @@
 //! golden file. With `BLESS=1` in the environment the golden file is rewritten, and the test fails
 //! all the same: a run that rewrites proves nothing.
 
-use super::{SaveError, crc32, missing_folder, rgba8, to_path};
+use super::{SaveError, crc32, missing_folder, read_input, rgba8, to_path};
 use fbptr_core::memory::{MemoryError, VideoMemory};
 use image::codecs::png::PngDecoder;
 use image::{DynamicImage, ImageDecoder, ImageResult, Limits};
@@ -206,10 +206,13 @@ pub fn magnified(actual: &VideoMemory, expected: &VideoMemory) -> Result<VideoMe
     Ok(picture)
 }
 
+/// Limit of the size of a picture's file.
+const MAX_BYTES: u64 = 4 << 30;
+
 /// Reads a PNG file as a frame.
 pub fn read_png(path: &Path) -> Result<VideoMemory, GoldenError> {
     let unreadable = |reason: String| GoldenError::Unreadable { golden: path.to_owned(), reason };
-    let bytes = fs::read(path).map_err(|e| unreadable(e.to_string()))?;
+    let bytes = read_input(path, MAX_BYTES).map_err(|e| unreadable(e.to_string()))?;
     let picture = decode_png(&bytes).map_err(|e| unreadable(e.to_string()))?;
     let mut memory =
         VideoMemory::new(picture.width(), picture.height()).map_err(|e| unreadable(e.to_string()))?;

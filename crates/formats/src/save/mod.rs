@@ -10,13 +10,19 @@ mod formats;
 pub mod golden;
 mod movie;
 mod read;
+mod read_file;
 mod rgba;
 mod temporary;
 
-pub use atomic::atomically;
+pub use atomic::begin;
+pub use atomic::is_link;
+pub use atomic::{atomically, replace};
 pub use formats::{SnapshotFormat, check_depth_path, crc32, depth_to_path, pfm, png, ppm, raw, to_path};
 pub use movie::{MOVIE_ENDINGS, Movie, MovieFormat, numbered_path};
+#[doc(hidden)]
 pub use read::read_frame;
+pub use read_file::read_input;
+pub use read_file::{open_regular, read_regular};
 pub(crate) use rgba::rgba8;
 #[cfg(unix)]
 pub(crate) use temporary::{hold, temporary_name};
@@ -28,6 +34,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// Returns the folder of a file to be written, if it does not exist.
+#[doc(hidden)]
 pub fn missing_folder(path: &Path) -> Option<&Path> {
     path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir())
 }

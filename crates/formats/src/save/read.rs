@@ -9,6 +9,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// If the bytes are no picture of that format and size.
+#[doc(hidden)]
 pub fn read_frame(path: &Path, bytes: &[u8], [width, height]: [u32; 2]) -> Result<VideoMemory, SaveError> {
     let invalid = |reason: String| SaveError::io(path, &io::Error::new(io::ErrorKind::InvalidData, reason));
     let mut memory = VideoMemory::new(width, height).map_err(|e| invalid(e.to_string()))?;

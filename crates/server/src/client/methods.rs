@@ -1,8 +1,6 @@
 //! The methods of [`Client`](super::Client) for verbs, made from the verb table: a verb that is added
 //! has its method at once, unless it is written by hand.
 
-use fbptr_command::unless_written;
-
 /// Makes the methods of `Client`, and the function `made_methods` that lists their verbs.
 macro_rules! client_methods {
     (nested $nested:tt; $($group:ident $encoding:ident $target:ident $rows:tt)*) => {

@@ -2,6 +2,7 @@
 //! recording in progress.
 
 use super::writer::Patience;
+use fbptr_formats::save::{begin, is_link};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io;
 use std::path::Path;
@@ -32,7 +33,8 @@ impl RecordFile {
             use std::os::unix::fs::OpenOptionsExt;
             options.custom_flags(rustix::fs::OFlags::NONBLOCK.bits() as i32);
         }
-        let file = open_with_reader(&options, path)?;
+        // A link is replaced, and what it leads to stays as it was.
+        let file = if is_link(path) { begin(path)? } else { open_with_reader(&options, path)? };
         let meta = file.metadata()?;
         // Devices such as /dev/null and /dev/full are shared, so they are not locked.
         if meta.is_file() || is_pipe(&meta) {

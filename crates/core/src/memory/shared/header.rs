@@ -66,6 +66,11 @@ impl fmt::Display for SharedError {
             SharedError::NoRoom { path, bytes } => {
                 write!(f, "{}: no room for the file's {bytes} bytes", path.display())
             }
+            SharedError::Truncated { path, expected, found } if found >= expected => {
+                let path = path.display();
+                write!(f, "{path}: another program truncated it for a time: its {expected} bytes are ")?;
+                write!(f, "there again, and what was in them is lost")
+            }
             SharedError::Truncated { path, expected, found } => {
                 let path = path.display();
                 write!(f, "{path}: another program truncated it from {expected} to {found} bytes")

@@ -188,7 +188,13 @@ fn an_access_to_a_page_that_is_gone_ends_nobody() {
     assert!(shared.map.is_truncated() && !other.map.is_truncated());
     // The length is right again, but the stored words are lost.
     outside(&path).set_len(36_096).unwrap();
-    assert!(matches!(shared.check(), Err(SharedError::Truncated { found: 36_096, .. })));
+    let told = shared.check().unwrap_err();
+    assert!(matches!(told, SharedError::Truncated { found: 36_096, .. }));
+    assert!(
+        told.to_string().ends_with(
+            "truncated it for a time: its 36096 bytes are there again, and what was in them is lost"
+        )
+    );
     other.check().unwrap();
     assert_eq!(other.word(7999).load(Relaxed).to_ne_bytes(), VideoMemory::CLEAR);
 }

@@ -21,6 +21,7 @@ mod shapes;
 pub use bounds::{MeshAngles, MeshBox};
 pub use choice::Choice;
 pub use proof::prove;
+#[doc(hidden)]
 pub use proof::settings_of;
 pub use settings::QualitySettings;
 pub use shapes::MeshShapes;

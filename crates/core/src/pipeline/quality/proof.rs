@@ -47,6 +47,7 @@ pub fn prove(budget: &Budget, shapes: &mut MeshShapes) -> Choice {
 
 /// Returns the settings of a single draw that are proven to stay within E, as [`prove`] does for a
 /// scene of one object; and the rectangle around its mesh on the screen, if it was computed.
+#[doc(hidden)]
 pub fn settings_of(
     call: &DrawCall,
     max_error: f64,

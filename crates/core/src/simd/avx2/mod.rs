@@ -2,12 +2,10 @@
 
 mod instructions;
 mod lanes;
-#[cfg(any(test, feature = "avx512"))]
 mod pairing;
 mod records;
 
 use super::avx_records::record_methods;
-#[cfg(any(test, feature = "avx512"))]
 use super::pair::Paired;
 use super::spill::Spill;
 use super::x86::{Evidence, registers, whole_vector_methods};
@@ -17,36 +15,40 @@ use lanes::{F, I, M};
 use records::{COMPRESS, check, index_or_0, packed, pixel_pairs, repeats, rows_of_four, transposed, upwards};
 use std::arch::x86_64::*;
 
-#[cfg(any(test, feature = "avx512"))]
 pub use pairing::pairs_are_faster;
 #[cfg(test)]
 pub use pairing::with_pairs;
 
-/// Token of the level; only [`run`] and [`run_paired`] create it.
+/// Token of the level; only [`RunAvx2`] creates it.
 #[derive(Clone, Copy, Debug)]
 pub struct Avx2(());
 
-// SAFETY: only `run` and `run_paired` make the token, and their callers make sure of the features.
+// SAFETY: only `run_avx2` and `run_paired` make the token, and their callers make sure of the features.
 unsafe impl Evidence for Avx2 {}
 
-/// Runs a kernel compiled for AVX2.
-///
-/// # Safety
-/// The CPU must have these features.
-#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-pub unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
-    kernel.run(Avx2(()))
+/// The entries of a kernel at this level, in the kernel's unit of code
+/// ([`RunAvx512`](super::avx512::RunAvx512) says why).
+pub trait RunAvx2: Kernel + Sized {
+    /// Runs the kernel compiled for AVX2.
+    ///
+    /// # Safety
+    /// The CPU must have these features.
+    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+    unsafe fn run_avx2(self) -> Self::Output {
+        self.run(Avx2(()))
+    }
+
+    /// Runs the kernel compiled for AVX2, over pairs of its vectors.
+    ///
+    /// # Safety
+    /// The CPU must have these features.
+    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+    unsafe fn run_paired(self) -> Self::Output {
+        self.run(Paired(Avx2(())))
+    }
 }
 
-/// Runs a kernel compiled for AVX2, over pairs of its vectors.
-///
-/// # Safety
-/// The CPU must have these features.
-#[cfg(any(test, feature = "avx512"))]
-#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-pub unsafe fn run_paired<K: Kernel>(kernel: K) -> K::Output {
-    kernel.run(Paired(Avx2(())))
-}
+impl<K: Kernel> RunAvx2 for K {}
 
 impl Simd for Avx2 {
     const LANES: usize = 8;

@@ -26,7 +26,8 @@ fn drawn_part(viewer: &mut Viewer) -> [f64; 2] {
 
 #[test]
 fn a_model_fills_four_fifths_of_the_frame() {
-    let suzanne = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/meshes/suzanne-sphere/monkey_head2.obj");
+    let suzanne =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/meshes/suzanne-sphere/monkey_head2.obj");
     let bytes = std::fs::read(suzanne).expect("a mesh");
     let suzanne = load::obj::parse(&bytes, &mut |_| None, "suzanne").expect("a mesh");
     let knot = Geometry { mesh: shapes::knot(90, 12).expect("a knot"), textures: Vec::new() };

@@ -5,6 +5,7 @@
 use crate::load::{FilePosition, LoadError, LoadErrorKind, LoadWarning};
 
 /// First bytes of a GLB file.
+#[doc(hidden)]
 pub const MAGIC: &[u8] = b"glTF";
 
 /// Parts of a file.

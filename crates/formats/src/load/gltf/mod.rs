@@ -35,6 +35,7 @@ mod scenes;
 #[cfg(test)]
 mod tests;
 
+#[doc(hidden)]
 pub use container::MAGIC;
 
 use super::error::short;

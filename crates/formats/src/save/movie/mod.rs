@@ -18,8 +18,8 @@ mod y4m;
 
 pub use numbered::numbered_path;
 
-use super::SaveError;
 use super::temporary::{create_beside, remove_leftovers_beside};
+use super::{SaveError, begin};
 use fbptr_core::memory::VideoMemory;
 use std::fs::{self, File};
 use std::io::{self, Seek, SeekFrom, Write};
@@ -114,7 +114,7 @@ impl Movie {
                 Box::new(y4m::Y4m::new(Box::new(io::stdout()), width, height, rate))
             }
             MovieFormat::Y4m => {
-                let file = File::create(path).map_err(|e| SaveError::io(path, &e))?;
+                let file = begin(path).map_err(|e| SaveError::io(path, &e))?;
                 Box::new(y4m::Y4m::new(Box::new(file), width, height, rate))
             }
         };
@@ -166,13 +166,12 @@ impl Growing {
 
     /// Creates the file with its first frame; `bytes` are the complete file.
     fn begin(&mut self, bytes: &[u8]) -> io::Result<()> {
-        let is_plain = !fs::metadata(&self.path).is_ok_and(|m| !m.is_file());
-        if !is_plain {
+        // A link is replaced.
+        if fs::symlink_metadata(&self.path).is_ok_and(|m| !m.is_file() && !m.is_symlink()) {
             return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a plain file: only y4m goes there"));
         }
-        let target = fs::canonicalize(&self.path).unwrap_or_else(|_| self.path.clone());
-        let (temporary, mut file) = create_beside(&target)?;
-        let put = file.write_all(bytes).and_then(|()| fs::rename(&temporary, &target));
+        let (temporary, mut file) = create_beside(&self.path)?;
+        let put = file.write_all(bytes).and_then(|()| fs::rename(&temporary, &self.path));
         if let Err(e) = put {
             // The first error is reported.
             let _ = fs::remove_file(&temporary);

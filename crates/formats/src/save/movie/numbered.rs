@@ -1,7 +1,7 @@
 //! Numbered PNG files, one per frame.
 
 use super::FrameWriter;
-use crate::save::{atomically, png};
+use crate::save::{png, replace};
 use fbptr_core::memory::VideoMemory;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ impl Numbered {
 impl FrameWriter for Numbered {
     fn frame(&mut self, memory: &VideoMemory) -> io::Result<()> {
         let path = numbered_path(&self.path, self.next);
-        atomically(&path, |out| png(memory, out)).map_err(io::Error::other)?;
+        replace(&path, |out| png(memory, out)).map_err(io::Error::other)?;
         self.next += 1;
         Ok(())
     }
