@@ -370,14 +370,14 @@ mod tests {
             }
             mesh
         };
-        assert!(!smooth(&mut reversed(&[]), &[], FRAC_PI_3));
+        assert!(!smooth(&mut reversed(&[]), &[], Some(FRAC_PI_3)));
         for faces in [&[0][..], &[5], &[1, 2], &[0, 1, 2, 3, 4, 5]] {
-            assert!(smooth(&mut reversed(faces), &[], FRAC_PI_3), "{faces:?}");
+            assert!(smooth(&mut reversed(faces), &[], Some(FRAC_PI_3)), "{faces:?}");
         }
         // Also far from the origin, where products of coordinates lose all their digits.
         let mut far = reversed(&[]);
         far.positions.iter_mut().for_each(|p| *p += DVec3::splat(1e7));
-        assert!(!smooth(&mut far, &[], FRAC_PI_3));
+        assert!(!smooth(&mut far, &[], Some(FRAC_PI_3)));
     }
 
     #[test]
