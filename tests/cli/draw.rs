@@ -210,7 +210,8 @@ def until(text):
             seen += os.read(master, 4096)
     seen = seen[seen.find(text) + len(text):]
 until(b"fbptr> ")
-os.write(master, b"PX 1 1 red\r")
+os.write(master, b"PX 1 1 red\rPX 1 1\r")
+until(b"PX 1 1 ff0000")
 until(b"fbptr> ")
 while termios.tcgetattr(slave) == before:
     if time.monotonic() > end: sys.exit("the line editor never changed the terminal")
