@@ -17,6 +17,7 @@ mod frame_clock;
 mod help;
 mod interval;
 mod magic;
+mod main_thread;
 mod mesh_args;
 mod movie;
 mod output;
@@ -107,18 +108,6 @@ pub(crate) enum Status {
     Program(u8),
 }
 
-impl From<Status> for ExitCode {
-    fn from(status: Status) -> ExitCode {
-        ExitCode::from(match status {
-            Status::Success => 0,
-            Status::Failed => 1,
-            Status::BadArguments => 2,
-            Status::Interrupted => 130,
-            Status::Program(status) => status,
-        })
-    }
-}
-
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
     #[cfg(fbptr_preload)]
@@ -132,12 +121,12 @@ pub fn main() -> ExitCode {
     };
     let status = match cli.command.unwrap_or_else(|| Task::Tour(tour::Tour::default())) {
         Task::Tour(tour) => tour.run(),
-        Task::Play(play) => play.run(),
-        Task::Draw(draw) => draw.run(),
+        Task::Play(play) => main_thread::beside(|| output::ended(play.run())),
+        Task::Draw(draw) => main_thread::beside(|| output::ended(draw.run())),
         Task::Bench(bench) => bench.run(),
         Task::Report(report) => report.run(),
-        Task::Serve(serve) => serve.run(),
-        Task::Run(run) => run.run(),
+        Task::Serve(serve) => main_thread::beside(|| output::ended(serve.run())),
+        Task::Run(run) => main_thread::beside(|| output::ended(run.run())),
         Task::Render(render) => render.run(),
         Task::Batch(batch) => batch.run(),
         Task::View(view) => view.run(),

@@ -360,7 +360,7 @@ impl Play {
         let title = self.file.as_ref().map_or("fbptr".into(), |f| format!("fbptr {}", f.display()));
         let (crt, saves_crt) = (self.crt.in_window(), self.crt.in_files());
         let options = crate::window::Options { title, crt, saves_crt, ..Default::default() };
-        match crate::window::run(display, options) {
+        match super::main_thread::show(display, options) {
             Ok(()) if player.has_ended() => {
                 // Those who drive in a browser would keep the thread running.
                 drop(page);

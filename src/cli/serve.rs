@@ -477,7 +477,7 @@ impl Serve {
             why
         });
         let options = self.window_options(told);
-        if let Err(e) = crate::window::run(display, options) {
+        if let Err(e) = super::main_thread::show(display, options) {
             say_as_program(format_args!("{e}: going on headless"));
             match recorded {
                 // The movie continues and takes the window's place.

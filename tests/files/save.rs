@@ -87,13 +87,14 @@ fn a_failed_write_leaves_the_old_file_and_nothing_else() {
 
 #[cfg(unix)]
 #[test]
-fn links_are_followed_and_devices_are_not_replaced() {
+fn links_are_replaced_and_devices_are_not() {
     let dir = folder("links");
     fs::write(dir.join("real.raw"), b"old").unwrap();
     std::os::unix::fs::symlink("real.raw", dir.join("link.raw")).unwrap();
     save::to_path(&frame(), &dir.join("link.raw")).unwrap();
-    assert_eq!(fs::read(dir.join("real.raw")).unwrap(), frame().bytes());
-    assert!(fs::symlink_metadata(dir.join("link.raw")).unwrap().is_symlink());
+    assert_eq!(fs::read(dir.join("real.raw")).unwrap(), b"old");
+    assert!(fs::symlink_metadata(dir.join("link.raw")).unwrap().is_file());
+    assert_eq!(fs::read(dir.join("link.raw")).unwrap(), frame().bytes());
     save::atomically("/dev/null".as_ref(), |out| out.write_all(b"gone")).unwrap();
     assert!(!fs::metadata("/dev/null").unwrap().is_file());
 }

@@ -20,7 +20,7 @@ impl Drop for Guard {
 }
 
 pub struct Screen {
-    _server: Guard,
+    server: Guard,
     pub display: String,
     memory_file: PathBuf,
 }
@@ -62,7 +62,13 @@ impl Screen {
         let stdout = server.stdout.take().expect("piped");
         BufReader::new(stdout).read_line(&mut number).expect("Xvfb tells its display");
         let display = format!(":{}", number.trim());
-        Screen { _server: Guard(server), display, memory_file: folder.join("Xvfb_screen0") }
+        Screen { server: Guard(server), display, memory_file: folder.join("Xvfb_screen0") }
+    }
+
+    /// Ends the server without a word to its clients.
+    pub fn kill(&mut self) {
+        self.server.0.kill().expect("it runs");
+        self.server.0.wait().expect("it ends");
     }
 
     pub fn xdotool(&self, args: &[&str]) -> String {

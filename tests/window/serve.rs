@@ -102,3 +102,35 @@ fn a_title_names_the_window_and_a_client_that_waits_holds_up_no_other() {
     wait_for("the second frame", || is_all([0, 255, 0]));
     assert_eq!(listener.join().expect("it read"), "SYNC end\n");
 }
+
+#[test]
+#[cfg(target_os = "linux")]
+fn an_x_server_that_dies_under_the_window_ends_the_server_in_order() {
+    // The moment decides what of Xlib notices first, so several are tried, each while frames are
+    // uploaded.
+    for round in 0..5u64 {
+        let folder = Folder::new("x-dies");
+        let Some(mut screen) = Screen::start(&folder.0) else { return };
+        let [snap, recording] = ["s.png", "r.fbr"].map(|name| folder.0.join(name));
+        let [snap_name, recording_name] = [&snap, &recording].map(|path| path.to_str().expect("a name"));
+        let (mut server, address) = serve(&screen, &["--snap", snap_name, "--record", recording_name]);
+        let mut wire = connect(&address);
+        wire.write_all(b"CLEAR 102030\n").expect("a command");
+        screen.window();
+        let floods = std::thread::spawn(move || {
+            let mut number = 0u32;
+            while wire.write_all(format!("PX 9 9 {number:06x}\n").as_bytes()).is_ok() {
+                number = (number + 1) % (1 << 24);
+                std::thread::sleep(std::time::Duration::from_millis(1));
+            }
+        });
+        std::thread::sleep(std::time::Duration::from_millis(300 + 13 * round));
+        screen.kill();
+        assert_eq!(server.0.wait().expect("it ends").code(), Some(0), "round {round}");
+        floods.join().expect("the connection is closed");
+        let picture = image::open(&snap).expect("the frame at the end").to_rgb8();
+        assert_eq!(picture.get_pixel(0, 0).0, [16, 32, 48], "round {round}");
+        let text = String::from_utf8_lossy(&std::fs::read(&recording).expect("a recording")).into_owned();
+        assert!(text.lines().last().is_some_and(|line| line.starts_with("#!end ")), "round {round}");
+    }
+}

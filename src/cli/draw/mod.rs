@@ -152,7 +152,7 @@ impl Draw {
 fn show(server: &Server, display: Option<Arc<Display>>, end: &Receiver<Ending>) -> Ending {
     if let Some(display) = display {
         let options = crate::window::Options { title: "fbptr draw".into(), ..Default::default() };
-        let closed = crate::window::run(display, options);
+        let closed = super::main_thread::show(display, options);
         server.thread().drop_display();
         match closed {
             Err(e) => say_as_program(format_args!("{e}: going on without a window; `snap FILE` saves")),

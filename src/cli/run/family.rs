@@ -4,10 +4,11 @@
 //! below itself in the tree of `/proc/PID/stat`. The starter is one, and `fbptr` another, which
 //! ends what is left if a program kills the starter.
 
+use crate::fbdev::OPENS_AT;
 use rustix::process::{Pid, Signal, kill_process};
 use std::collections::HashSet;
 use std::fs;
-use std::os::unix::fs::MetadataExt;
+use std::os::unix::fs::{FileExt, MetadataExt};
 use std::time::{Duration, Instant};
 
 /// Time that a process has after SIGTERM before SIGKILL, and after SIGKILL before it is given up.
@@ -112,6 +113,8 @@ pub fn end(members: Members) -> Vec<Process> {
 /// The device's memory as a file.
 #[derive(Clone, Copy, Debug)]
 pub struct MemoryFile {
+    /// The process of `fbptr` and its descriptor of the control page.
+    control: [u64; 2],
     device: u64,
     inode: u64,
 }
@@ -120,8 +123,17 @@ impl MemoryFile {
     /// Reads the value of the environment variable by which programs find the device:
     /// `PID/CONTROL/MEMORY/DEVICE/INODE`.
     pub fn from_environment(value: &str) -> Option<MemoryFile> {
-        let mut numbers = value.split('/').skip(3).map(|number| number.parse().ok());
-        Some(MemoryFile { device: numbers.next()??, inode: numbers.next()?? })
+        let numbers: Vec<u64> = value.split('/').map(str::parse).collect::<Result<_, _>>().ok()?;
+        let [pid, control, _, device, inode] = numbers[..] else { return None };
+        Some(MemoryFile { control: [pid, control], device, inode })
+    }
+
+    /// Returns whether any program has opened the device so far.
+    pub fn was_opened(&self) -> bool {
+        let mut opens = [0; 4];
+        let [pid, control] = self.control;
+        let page = fs::File::open(format!("/proc/{pid}/fd/{control}"));
+        page.and_then(|page| page.read_exact_at(&mut opens, OPENS_AT as u64)).is_ok() && opens != [0; 4]
     }
 
     /// Returns whether a process has the memory open or mapped.

@@ -326,7 +326,7 @@ impl Shared {
             saves_crt: args.crt.in_files(),
             ..Default::default()
         };
-        if let Err(e) = crate::window::run(display.clone(), options) {
+        if let Err(e) = super::super::main_thread::show(display.clone(), options) {
             say_as_program(format_args!("{e}: going on headless"));
             match outlets.movie {
                 // The movie goes on in the window's place.

@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Name under which `fbptr` starts itself.
 const STARTER: &str = "fbptr-run-starter";
@@ -35,6 +35,8 @@ const LIBRARY: &str = "FBPTR_RUN_LIBRARY";
 const LEAVE: &str = "leave-daemons";
 /// Time between two looks at children that draw after the program's own end.
 const LOOK: Duration = Duration::from_millis(20);
+/// Time that children have to open the framebuffer after the program's own end, if nobody has before.
+const OPENS_WITHIN: Duration = Duration::from_secs(5);
 /// Size of a character of the console in pixels.
 const CELL: [u32; 2] = [8, 16];
 
@@ -238,23 +240,27 @@ enum Event {
 /// of the run is left.
 fn attend(program: Pid, leash: File, members: Members) -> io::Result<ExitStatus> {
     let memory = std::env::var(ENVIRONMENT).ok().and_then(|value| MemoryFile::from_environment(&value));
-    let is_drawing = || {
-        let mut left = family::below(members).into_iter();
-        memory.is_some_and(|memory| left.any(|process| memory.is_held_by(&process)))
+    let is_drawing = |ended: Instant| {
+        let left = family::below(members);
+        let may_draw = |memory: MemoryFile| !memory.was_opened() && ended.elapsed() < OPENS_WITHIN;
+        !left.is_empty()
+            && memory.is_some_and(|memory| {
+                left.iter().any(|process| memory.is_held_by(process)) || may_draw(memory)
+            })
     };
     let events = watch(program, leash)?;
-    let mut status = None;
+    let (mut status, mut ended) = (None, Instant::now());
     loop {
         let event = match status {
             None => events.recv().ok(),
             Some(_) => events.recv_timeout(LOOK).ok(),
         };
         match event {
-            Some(Event::Exited(exit)) => status = Some(exit),
+            Some(Event::Exited(exit)) => (status, ended) = (Some(exit), Instant::now()),
             Some(Event::Ordered) => break,
             None => {}
         }
-        if !is_drawing() {
+        if !is_drawing(ended) {
             break;
         }
     }

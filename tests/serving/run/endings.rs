@@ -174,8 +174,9 @@ fn what_leaves_its_session_is_ended_when_fbptr_or_its_starter_is_killed() {
         let pid: u32 = line.trim().parse().unwrap();
         assert!(is_alive(pid));
         if is_starter {
-            let children = format!("/proc/{0}/task/{0}/children", child.id());
-            let starter = std::fs::read_to_string(children).unwrap();
+            let threads = std::fs::read_dir(format!("/proc/{}/task", child.id())).unwrap();
+            let children = threads.map(|thread| thread.unwrap().path().join("children"));
+            let starter: String = children.map(|path| std::fs::read_to_string(path).unwrap()).collect();
             let killed = std::process::Command::new("kill").args(["-9", starter.trim()]).status().unwrap();
             assert!(killed.success());
             assert_eq!(child.wait().unwrap().code(), Some(137));

@@ -27,6 +27,6 @@ mod sysfs;
 
 pub use device::{Device, DeviceOptions};
 pub use input::{InputDevices, typing};
-pub use layout::{ENVIRONMENT, TERMINALS};
+pub use layout::{ENVIRONMENT, OPENS_AT, TERMINALS};
 pub use mode::{FORMATS, Format};
 pub use scanout::ScanOut;

@@ -10,8 +10,8 @@
 //! panic.
 //!
 //! Losing the window system cannot be handled in every moment: Xlib exits the process. The window
-//! of a render thread asks before each use of it (`presence`). Snapshots are written when
-//! requested, not at the end, and a server that must survive runs headless.
+//! of a render thread asks before each use of it (`presence`), and the commands of the program end
+//! in order where that comes too late (`cli/main_thread.rs`).
 
 #[cfg_attr(not(target_os = "linux"), path = "no_clicks.rs")]
 mod clicks;
