@@ -171,7 +171,7 @@ mod tests {
     #[test]
     fn webp_is_read_without_alpha_and_with() {
         // Of 64 x 64 pixels, lossy.
-        let file = include_bytes!("../../tests/data/formats/gltf/beside/squares.webp");
+        let file = include_bytes!("../../tests/data/formats/strangers/tex.webp");
         let lossy = decode_file(file, "a.bin").unwrap();
         assert_eq!((lossy.width(), lossy.height(), lossy.has_alpha()), (64, 64, false));
         for cut in [12, 20, 30, file.len() / 2] {
