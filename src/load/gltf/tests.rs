@@ -324,11 +324,9 @@ fn materials_follow_the_formula() {
     assert!((encoded(0.5) - 0.735_356_98).abs() < 1e-6 && encoded(-1.0) == 0.0 && encoded(1.0) == 1.0);
     let masked = r#""materials":[{"alphaMode":"MASK","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0]}}]"#;
     assert!(load(&file(masked)).unwrap().at(0.0, 1.0).objects.is_empty());
-    let shadowed = format!(
-        r#""materials":[{{"pbrMetallicRoughness":{{"metallicFactor":0}},"occlusionTexture":{{"index":0,"strength":0.5}}}}],
-        "textures":[{{"source":0}}],"images":[{{"uri":"data:;base64,UDYgMSAxIDI1NQqA//8="}}]"#
-    );
-    let material = scene(&shadowed).objects[0].material.clone();
+    let shadowed = r#""materials":[{"pbrMetallicRoughness":{"metallicFactor":0},"occlusionTexture":{"index":0,"strength":0.5}}],
+        "textures":[{"source":0}],"images":[{"uri":"data:;base64,UDYgMSAxIDI1NQqA//8="}]"#;
+    let material = scene(shadowed).objects[0].material.clone();
     let dimmed = encoded(1.0 + 0.5 * (128.0 / 255.0 - 1.0));
     assert_eq!((material.kd, material.ka), (DVec3::ONE, DVec3::splat(dimmed)));
     let is_double = |json: &str| scene(json).objects[0].two_sided_lighting;
