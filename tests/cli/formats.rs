@@ -199,3 +199,62 @@ fn options_and_outputs_that_cannot_serve_are_refused_at_once() {
         assert!(err(&refused).starts_with("fbptr: ") && err(&refused).contains(said), "{}", err(&refused));
     }
 }
+
+#[test]
+fn strict_refuses_what_is_warned_of() {
+    let folder = Folder::new("strict");
+    let out = folder.path("o.raw");
+    let whole = folder.file("whole.obj", "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n");
+    let odd = folder.file("odd.obj", "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\nf 1 2\nf 1 2 9\n");
+    let scene = folder.file("odd.x3d", "<X3D><Scene><Shape><Box size='1 1 1 1'/></Shape></Scene></X3D>");
+    for (command, more) in [("render", &["-o", &out][..]), ("view", &["--headless", "--snap", &out])] {
+        for (file, strict, status) in
+            [(&whole, true, 0), (&odd, false, 0), (&odd, true, 1), (&scene, false, 0), (&scene, true, 1)]
+        {
+            let _ = std::fs::remove_file(&out);
+            let flags: &[&str] = if strict { &["--strict"] } else { &[] };
+            let arguments = [&[command, file.as_str(), "--size", "9x9"], more, flags].concat();
+            let output = run(&arguments, b"");
+            assert_eq!(output.status.code(), Some(status), "{arguments:?}: {}", err(&output));
+            assert_eq!(std::path::Path::new(&out).exists(), status == 0, "{arguments:?}");
+            let said = if status == 0 { "warning: " } else { "refused by --strict: " };
+            assert_eq!(err(&output).contains(said), *file != whole, "{arguments:?}: {}", err(&output));
+        }
+    }
+}
+
+#[test]
+fn a_texture_of_another_letter_case_is_found_with_a_warning() {
+    let folder = Folder::new("letter-case");
+    folder.file("WOOD.ppm", b"P6 1 1 255\n\xff\x01\x01");
+    folder.file("m.MTL", "newmtl m\nmap_Kd C:\\work\\Wood.PPM\n");
+    let text = "mtllib M.mtl\nv -1 -1 0\nv 1 -1 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n";
+    let (scene, out) = (folder.file("m.obj", text), folder.path("o.raw"));
+    let output = run(&["render", &scene, "-o", &out, "--size", "9x9"], b"");
+    assert_eq!(output.status.code(), Some(0), "{}", err(&output));
+    for said in ["there is no \"M.mtl\": \"m.MTL\" is read", "\"WOOD.ppm\" is read", "of another machine"] {
+        assert!(err(&output).contains(said), "{}", err(&output));
+    }
+    let middle = std::fs::read(&out).unwrap()[(9 * 4 + 4) * 4..][..4].to_vec();
+    assert!(middle[0] < 20 || middle[2] < 20, "one channel alone: {middle:?}");
+    let output = run(&["render", &scene, "-o", &out, "--size", "9x9", "--strict"], b"");
+    assert_eq!(output.status.code(), Some(1));
+}
+
+#[test]
+fn points_have_the_size_that_is_asked_for() {
+    let folder = Folder::new("point-size");
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        end_header\n-1 -1 0\n1 -1 0\n0 1 0\n";
+    let (scene, out) = (folder.file("cloud.ply", ply), folder.path("o.raw"));
+    let covered = |size: &str| {
+        let output = run(&["render", &scene, "-o", &out, "--size", "64x64", "--point-size", size], b"");
+        assert_eq!(output.status.code(), Some(0), "{}", err(&output));
+        let pixels = std::fs::read(&out).unwrap();
+        let background = pixels[..4].to_vec();
+        pixels.chunks(4).filter(|p| **p != background[..]).count()
+    };
+    assert_eq!((covered("1"), covered("5")), (3, 75));
+    let refused = run(&["render", &scene, "-o", &out, "--point-size", "65"], b"");
+    assert_eq!(refused.status.code(), Some(2), "{}", err(&refused));
+}

@@ -18,6 +18,7 @@ mod placement;
 mod prototypes;
 mod save;
 mod smoothing;
+mod strangers;
 mod structure;
 mod styles;
 mod support;

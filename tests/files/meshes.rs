@@ -22,12 +22,9 @@ const EXPECTED: &[(&str, Outcome)] = &[
     ("assimp/cube_usemtl.obj", Loads([8, 12, 12, 0, 2, 1])),
     ("assimp/cube_with_vertexcolors.obj", Loads([8, 12, 12, 0, 0, 0])),
     ("assimp/empty.obj", Loads([0, 0, 0, 0, 0, 1])),
-    ("assimp/malformed.obj", Refused("malformed.obj:23: position index 12 names none of the 8 there are")),
+    ("assimp/malformed.obj", Loads([8, 4, 8, 0, 0, 2])),
     ("assimp/multiple_spaces.obj", Loads([3, 1, 1, 0, 0, 0])),
-    (
-        "assimp/number_formats.obj",
-        Refused("number_formats.obj:11: a coordinate must be a finite number, found \"3.1+e2\""),
-    ),
+    ("assimp/number_formats.obj", Loads([3, 1, 1, 0, 0, 1])),
     ("made/clamped.obj", Loads([6, 2, 4, 0, 2, 0])),
     ("spot/spot_control_mesh.obj", Loads([188, 180, 372, 0, 0, 0])),
     ("suzanne-sphere/Esfera.obj", Loads([482, 960, 960, 0, 0, 0])),
@@ -54,17 +51,11 @@ const EXPECTED: &[(&str, Outcome)] = &[
     ("tinyobjloader/missing_material_file.obj", Loads([72, 18, 36, 0, 0, 5])),
     ("tinyobjloader/no_material.obj", Loads([72, 18, 36, 0, 0, 0])),
     ("tinyobjloader/smoothing-normal.obj", Loads([8, 3, 6, 0, 1, 0])),
-    (
-        "tinyobjloader/test-nan.obj",
-        Refused("test-nan.obj:12: a coordinate must be a finite number, found \"nan\""),
-    ),
+    ("tinyobjloader/test-nan.obj", Loads([68, 17, 34, 0, 5, 1])),
     ("tinyobjloader/texture-filename-with-whitespace.obj", Loads([8, 6, 12, 0, 3, 2])),
-    ("tobj/cornell_box.obj", Loads([72, 18, 36, 0, 5, 13])),
+    ("tobj/cornell_box.obj", Loads([72, 18, 36, 0, 5, 12])),
     ("tobj/empty_name_triangle.obj", Loads([3, 1, 1, 0, 0, 0])),
-    (
-        "tobj/invalid_index.obj",
-        Refused("invalid_index.obj:12: position index 7 names none of the 6 there are"),
-    ),
+    ("tobj/invalid_index.obj", Loads([3, 1, 1, 0, 0, 1])),
     ("tobj/lines.obj", Loads([3, 0, 0, 3, 0, 0])),
     ("tobj/quad.obj", Loads([4, 4, 5, 0, 0, 0])),
     ("tobj/quad_colored_merge.obj", Loads([6, 2, 2, 0, 0, 0])),
@@ -103,6 +94,7 @@ fn every_mesh_loads_as_what_it_is_or_is_refused_with_its_line() {
         expected.keys().cloned().collect::<Vec<_>>(),
         "each file has its outcome, and is there"
     );
+    let mut failures = Vec::new();
     for (file, outcome) in expected {
         let name = file.display();
         match (load(&file), outcome) {
@@ -116,13 +108,20 @@ fn every_mesh_loads_as_what_it_is_or_is_refused_with_its_line() {
                     m.materials.len(),
                     loaded.warnings.len(),
                 ];
-                assert_eq!(found, *counts, "{name}: {:?}", loaded.warnings);
+                if found != *counts {
+                    failures.push(format!("{name}: {found:?}, {:?}", loaded.warnings));
+                }
             }
-            (Err(error), Refused(reason)) => assert_eq!(error.to_string(), *reason),
-            (Ok(_), Refused(reason)) => panic!("{name} loads, and must be refused: {reason}"),
-            (Err(error), Loads(_)) => panic!("{error}"),
+            (Err(error), Refused(reason)) if error.to_string() == *reason => {}
+            (Ok(loaded), Refused(reason)) => {
+                let m = &loaded.geometry.mesh;
+                let counts = [m.positions.len(), m.polygons.len(), m.triangles.len(), m.lines.len()];
+                failures.push(format!("{name} loads ({counts:?}, {:?}): {reason}", loaded.warnings));
+            }
+            (Err(error), _) => failures.push(error.to_string()),
         }
     }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
 #[test]

@@ -79,19 +79,7 @@ pub fn decode_within(bytes: &[u8], file_name: &str, memory: &mut LoadMemory) -> 
         };
         if is_webp {
             let wrong = |e: image_webp::DecodingError| undecodable(e.to_string());
-            let mut decoder =
-                image_webp::WebPDecoder::new(PolledBytes::new(bytes, &cancel)).map_err(wrong)?;
-            let (width, height) = decoder.dimensions();
-            let channels = if decoder.has_alpha() { 4 } else { 3 };
-            let length = u64::from(width) * u64::from(height) * channels;
-            let unpacking = reserve(width, height, length)?;
-            decoder.set_memory_limit((HEADER_BYTES + unpacking) as usize);
-            let mut pixels = vec![0; length as usize];
-            decoder.read_image(&mut pixels).map_err(wrong)?;
-            let rgba = match channels {
-                4 => pixels,
-                _ => pixels.as_chunks::<3>().0.iter().flat_map(|[r, g, b]| [*r, *g, *b, 255]).collect(),
-            };
+            let (width, height, rgba) = webp(PolledBytes::new(bytes, &cancel), &mut reserve, wrong)?;
             return Ok((width, height, rgba, work));
         }
         let mut reader = ImageReader::with_format(PolledBytes::new(bytes, &cancel), format);
@@ -117,6 +105,27 @@ pub fn decode_within(bytes: &[u8], file_name: &str, memory: &mut LoadMemory) -> 
         TextureError::BadSize { width, height } => size_error(width, height),
         e @ TextureError::BadLength { .. } => undecodable(e.to_string()),
     })
+}
+
+/// Decodes a WebP file, of several pictures the first, to RGBA bytes. `reserve` is given its size and
+/// the bytes of its pixels, and returns those that unpacking may take.
+fn webp<E>(
+    bytes: PolledBytes,
+    reserve: &mut dyn FnMut(u32, u32, u64) -> Result<u64, E>,
+    wrong: impl Fn(image_webp::DecodingError) -> E,
+) -> Result<(u32, u32, Vec<u8>), E> {
+    let mut decoder = image_webp::WebPDecoder::new(bytes).map_err(&wrong)?;
+    let (width, height) = decoder.dimensions();
+    let has_alpha = decoder.has_alpha();
+    let length = u64::from(width) * u64::from(height) * if has_alpha { 4 } else { 3 };
+    let unpacking = reserve(width, height, length)?;
+    decoder.set_memory_limit((HEADER_BYTES + unpacking) as usize);
+    let mut pixels = vec![0; length as usize];
+    decoder.read_image(&mut pixels).map_err(&wrong)?;
+    if !has_alpha {
+        pixels = pixels.as_chunks::<3>().0.iter().flat_map(|[r, g, b]| [*r, *g, *b, 255]).collect();
+    }
+    Ok((width, height, pixels))
 }
 
 /// Returns an upper bound of the bytes for unpacking a picture, of which `decoded` are the pixels
@@ -171,7 +180,7 @@ mod tests {
     #[test]
     fn webp_is_read_without_alpha_and_with() {
         // Of 64 x 64 pixels, lossy.
-        let file = include_bytes!("../../../../tests/data/formats/gltf/beside/squares.webp");
+        let file = include_bytes!("../../../../tests/data/formats/strangers/tex.webp");
         let lossy = decode_file(file, "a.bin").unwrap();
         assert_eq!((lossy.width(), lossy.height(), lossy.has_alpha()), (64, 64, false));
         for cut in [12, 20, 30, file.len() / 2] {

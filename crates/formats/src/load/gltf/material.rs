@@ -13,8 +13,9 @@
 //! ```
 //!
 //! The base-colour texture multiplies Kd and Ka, and with BLEND the opacity. MASK makes each texel
-//! opaque or invisible. KHR_materials_unlit: the colour c alone. Textures of normals, occlusion and
-//! emission are left out with a warning, the last with the emission that they limit.
+//! opaque or invisible. KHR_materials_unlit: the colour c alone. The mean of the occlusion texture dims
+//! Ka. Textures of normals and emission are left out with a warning, the last with the emission that
+//! they limit.
 //! KHR_materials_pbrSpecularGlossiness: c = E(diffuse), m = 0,
 //! r = 1 - glossiness, and Ks scaled to the specular colour.
 //!
@@ -132,7 +133,7 @@ pub(super) fn read(source: &mut Source, images: &mut Images, json: &Json) -> Res
     // Without its texture the factor would make the whole surface glow.
     let emissive = if json.member("emissiveTexture").is_object() { [0.0; 3] } else { emissive };
     let mut material = Material {
-        ka: reflection.kd,
+        ka: reflection.kd * occlusion(source, images, json)?,
         kd: reflection.kd,
         ks: reflection.ks,
         n: reflection.n,
@@ -169,6 +170,15 @@ pub(super) fn unlit(color: DVec3, material: Material) -> Material {
     }
 }
 
+/// Returns the part of the ambient light that reaches a surface: the mean of its occlusion texture.
+fn occlusion(source: &mut Source, images: &mut Images, json: &Json) -> Result<f64, LoadError> {
+    let texture = json.member("occlusionTexture");
+    let strength = texture.member("strength").number_or(1.0)?.clamp(0.0, 1.0);
+    let mean = if texture.is_object() { images.mean(source, &texture.member("index"))? } else { None };
+    // The picture is linear, as a factor of light is.
+    Ok(mean.map_or(1.0, |[red, ..]| encoded(1.0 + strength * (red - 1.0))))
+}
+
 /// Returns metallic and roughness: factors times the means of their texture.
 fn roughness(source: &mut Source, images: &mut Images, physical: &Json) -> Result<(f64, f64), LoadError> {
     let mut metallic = physical.member("metallicFactor").number_or(1.0)?;
@@ -184,7 +194,7 @@ fn roughness(source: &mut Source, images: &mut Images, physical: &Json) -> Resul
 
 /// Warns of textures that the renderer has no use for.
 fn warn_of_textures(source: &mut Source, json: &Json) {
-    for name in ["normalTexture", "occlusionTexture", "emissiveTexture"] {
+    for name in ["normalTexture", "emissiveTexture"] {
         let texture = json.member(name);
         if texture.is_object() {
             source.warn(texture.warning("textures of this kind are left out"));

@@ -194,7 +194,11 @@ fn what_exporters_write_beside_the_specification_is_drawn_with_a_warning() {
             "/scenes/0/nodes/0: warning: node 1 has a parent, and is no root of a scene",
         ),
         (r#""nodes":[{"children":[1]},{"mesh":0}],"scenes":[{"nodes":[1,0]}]"#, 1, "/scenes/0/nodes/0: "),
-        (r#""scenes":[{"nodes":[0,0]}]"#, 1, "/scenes/0/nodes/1: warning: node 0 is in the list twice"),
+        (
+            r#""nodes":[{"mesh":0}],"scenes":[{"nodes":[0,0]}]"#,
+            1,
+            "/scenes/0/nodes/1: warning: node 0 is in the list twice",
+        ),
         (
             &format!(r#""materials":[{{"alphaMode":"{long}"}}]"#),
             1,
@@ -320,6 +324,11 @@ fn materials_follow_the_formula() {
     assert!((encoded(0.5) - 0.735_356_98).abs() < 1e-6 && encoded(-1.0) == 0.0 && encoded(1.0) == 1.0);
     let masked = r#""materials":[{"alphaMode":"MASK","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0]}}]"#;
     assert!(load(&file(masked)).unwrap().at(0.0, 1.0).objects.is_empty());
+    let shadowed = r#""materials":[{"pbrMetallicRoughness":{"metallicFactor":0},"occlusionTexture":{"index":0,"strength":0.5}}],
+        "textures":[{"source":0}],"images":[{"uri":"data:;base64,UDYgMSAxIDI1NQqA//8="}]"#;
+    let material = scene(shadowed).objects[0].material.clone();
+    let dimmed = encoded(1.0 + 0.5 * (128.0 / 255.0 - 1.0));
+    assert_eq!((material.kd, material.ka), (DVec3::ONE, DVec3::splat(dimmed)));
     let is_double = |json: &str| scene(json).objects[0].two_sided_lighting;
     assert!(is_double(r#""materials":[{"doubleSided":true}]"#) && !is_double(""));
 }

@@ -17,7 +17,7 @@ const EDGE_BYTES: u64 = 3 * (24 + 32 + 8);
 /// Bytes for each corner: as an index, in the mesh, and as part of a triangle, in such vectors.
 const CORNER_BYTES: u64 = 3 * (8 + 16 + 16 + 16 + 16);
 /// Bytes for each row with a list, and its polygon, in such vectors.
-const ROW_BYTES: u64 = 3 * (88 + 12 + 32);
+const ROW_BYTES: u64 = 3 * (128 + 12 + 32);
 
 /// Rows of the elements that a mesh is made of.
 #[derive(Default)]

@@ -86,7 +86,8 @@ pub fn parse_textured(
     }
     if elements.vertices.lacks_positions {
         let reason = "a vertex has no x, y and z".to_owned();
-        return Err(refused(LoadErrorKind::Undecodable { format: "PLY", reason }));
+        let place = FilePosition::line(file_name, header.line - 1);
+        return Err(LoadError::new(place, LoadErrorKind::Undecodable { format: "PLY", reason }));
     }
     let mut warnings = warnings_of_header(&header, file_name);
     let has_bytes = elements.vertices.has_bytes || elements.faces.has_bytes;

@@ -155,7 +155,7 @@ fn broken_files_are_refused_with_place_and_reason() {
         ),
         (
             text("element vertex 1\nproperty float x\n", "1\n"),
-            "m.ply: not a readable PLY: a vertex has no x, y and z",
+            "m.ply:6: not a readable PLY: a vertex has no x, y and z",
         ),
     ] {
         let found = load(&text).map(|l| l.geometry.mesh.corners.len()).unwrap_err();

@@ -122,7 +122,7 @@ impl<'d> Builder<'d, '_> {
         let result = match ty.name {
             "ImageTexture" => match (field("url"), field("load")) {
                 (Value::Texts(urls), Value::Bool(true)) if !urls.is_empty() => {
-                    self.load_picture(file, urls).map(Some)
+                    self.load_picture(file, element, urls).map(Some)
                 }
                 _ => Ok(None),
             },
@@ -172,7 +172,7 @@ impl<'d> Builder<'d, '_> {
             if urls.is_empty() {
                 continue;
             }
-            match self.load_picture(file, urls) {
+            match self.load_picture(file, element, urls) {
                 Ok(picture) => {
                     *side = Some(picture);
                     has_any = true;
@@ -187,11 +187,21 @@ impl<'d> Builder<'d, '_> {
     }
 
     /// Loads the picture of the first usable URL, from the cache or a file.
-    fn load_picture(&mut self, file: &File, urls: &[String]) -> Result<Arc<Texture>, texture::PictureError> {
+    fn load_picture(
+        &mut self,
+        file: &File,
+        element: Element,
+        urls: &[String],
+    ) -> Result<Arc<Texture>, texture::PictureError> {
         if urls.iter().any(|name| url::is_outside(&file.folder, name)) {
             self.remarks.names_outside = true;
         }
-        self.pictures.load(urls, &file.folder, self.context.opener, self.context.memory)
+        let (folder, mut note) = (&file.folder, None);
+        let picture = self.pictures.load(urls, folder, &mut note, self.context.opener, self.context.memory);
+        if let (true, Some(note)) = (picture.is_ok(), note) {
+            self.warn(file, element, note);
+        }
+        picture
     }
 
     /// Adds the routes of a ROUTE element; an invalid one is a warning. At an instance of a

@@ -6,11 +6,11 @@
 //! are skipped with a warning that gives node and line.
 //!
 //! Errors: XML that is not well-formed, a root that is neither X3D nor Scene; a field whose text is
-//! not of its type (NaN, infinities and wrong counts of numbers included); indices out of range;
-//! USE without DEF or of an enclosing node; Inlines in a cycle, prototypes that contain themselves;
-//! sizes over the limits. Warnings: unknown nodes and fields (the children of an unknown grouping
-//! node are shown), text among elements, misplaced nodes, ROUTEs between missing fields, shapes
-//! without extent; files of Inlines and prototypes that cannot be found, are outside the root, or
+//! not of its type (NaN and infinities included); USE of an enclosing node; Inlines in a cycle,
+//! prototypes that contain themselves; sizes over the limits. Warnings: unknown nodes and fields (the
+//! children of an unknown grouping node are shown), text among elements, misplaced nodes, wrong counts
+//! of numbers, faces and lines with indices out of range (one warning a file), USE before its DEF or
+//! without one, ROUTEs between missing fields, shapes without extent; files of Inlines and prototypes that cannot be found, are outside the root, or
 //! have an error other than a cycle or a size.
 //!
 //! The expected result for each family of nodes is in the head of its module, with the clause of

@@ -150,6 +150,32 @@ impl<'d> Builder<'d, '_> {
         }
     }
 
+    /// Returns the element of a DEF that comes after its USE, with a warning; `None` if there is none.
+    #[inline(never)]
+    fn find_later(
+        &mut self,
+        file: &mut File<'d>,
+        element: Element<'d, 'd>,
+        name: &'d str,
+    ) -> Option<(Element<'d, 'd>, &'static NodeType)> {
+        let document = file.document;
+        // The body of a prototype is no scope of the whole file's names.
+        let is_file = file.given.is_none();
+        let all =
+            file.all_defs.get_or_insert_with(|| if is_file { all_defs(document) } else { HashMap::new() });
+        let found = all.get(name).and_then(|id| document.get_node(*id));
+        let typed = found.and_then(|found| Some((found, schema::lookup(found.tag_name().name())?)));
+        let message = match typed {
+            None => format!("USE {name:?} has no DEF, and was skipped"),
+            Some((found, _)) => {
+                let line = self.sources[file.source].line(found.range().start);
+                format!("USE {name:?} stands before its DEF in line {line}, which is used")
+            }
+        };
+        self.warn(file, element, message);
+        typed
+    }
+
     /// Returns the node of a DEF that comes after its USE, which is built here; `None` if there is none.
     fn used_early(
         &mut self,
@@ -158,19 +184,7 @@ impl<'d> Builder<'d, '_> {
         name: &'d str,
         depth: usize,
     ) -> Result<Option<NodeId>, LoadError> {
-        let document = file.document;
-        // The body of a prototype is no scope of the whole file's names.
-        let is_file = file.given.is_none();
-        let all =
-            file.all_defs.get_or_insert_with(|| if is_file { all_defs(document) } else { HashMap::new() });
-        let found = all.get(name).and_then(|id| document.get_node(*id));
-        let typed = found.and_then(|found| Some((found, schema::lookup(found.tag_name().name())?)));
-        let Some((found, ty)) = typed else {
-            self.warn(file, element, format!("USE {name:?} has no DEF, and was skipped"));
-            return Ok(None);
-        };
-        let line = self.sources[file.source].line(found.range().start);
-        self.warn(file, element, format!("USE {name:?} stands before its DEF in line {line}, which is used"));
+        let Some((found, ty)) = self.find_later(file, element, name) else { return Ok(None) };
         let node = self.node(file, found, ty, depth)?;
         file.early.insert(found.id(), node);
         Ok(Some(node))

@@ -3,6 +3,7 @@
 use super::build::Opener;
 use super::external_refs::READ_FROM;
 use super::url;
+use crate::load::side_files;
 use crate::load::texture::decode_within;
 use crate::load::{LoadErrorKind, LoadMemory};
 use fbptr_core::error::Code;
@@ -38,11 +39,12 @@ impl std::error::Error for PictureError {}
 pub(super) struct Pictures(HashMap<String, Arc<Texture>>);
 
 impl Pictures {
-    /// Returns the picture of the first URL that gives one.
+    /// Returns the picture of the first URL that gives one; `note` gets what was done to find it.
     pub(super) fn load(
         &mut self,
         urls: &[String],
         folder: &str,
+        note: &mut Option<String>,
         opener: &mut Opener,
         memory: &mut LoadMemory,
     ) -> Result<Arc<Texture>, PictureError> {
@@ -74,6 +76,8 @@ impl Pictures {
                 });
                 continue;
             };
+            *note =
+                elsewhere(folder, name).any(|path| path == key).then(|| side_files::elsewhere(name, &key));
             if let Some(texture) = self.0.get(&key) {
                 return Ok(Arc::clone(texture));
             }

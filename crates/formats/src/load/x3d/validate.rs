@@ -85,13 +85,12 @@ pub(super) fn nodes(builder: &mut Builder<'_, '_>, first: NodeId) -> Result<(), 
     Ok(())
 }
 
+/// Remarks on nodes, and what was left out of geometries.
+type Found = (Vec<(NodeId, String)>, Vec<LeftOut>);
+
 /// Adds the meshes of nodes that are not checked yet, and returns remarks on nodes, and what was left
 /// out of geometries.
-fn unchecked(
-    builder: &mut Builder<'_, '_>,
-    first: NodeId,
-    meshes: &mut Meshes,
-) -> Result<(Vec<(NodeId, String)>, Vec<LeftOut>), LoadError> {
+fn unchecked(builder: &mut Builder<'_, '_>, first: NodeId, meshes: &mut Meshes) -> Result<Found, LoadError> {
     let still = Overrides::new();
     let mut remarks: Vec<(NodeId, String)> = Vec::new();
     let mut left_out = Vec::new();

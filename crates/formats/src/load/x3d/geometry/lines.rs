@@ -27,9 +27,9 @@ fn shared(vertices: &Vertices, id: NodeId, i: i64) -> Result<Corner> {
     })
 }
 
-/// Adds the segments of a line, if there is one.
+/// Adds the segments of a line, if there is one of two corners or more.
 fn add_line(line: Option<Vec<Corner>>, corners: &mut Vec<Corner>, lines: &mut Vec<[u32; 2]>) {
-    let line = line.unwrap_or_default();
+    let line = line.filter(|line| line.len() > 1).unwrap_or_default();
     let first = corners.len() as u32;
     lines.extend((1..line.len() as u32).map(|k| [first + k - 1, first + k]));
     corners.extend(line);
