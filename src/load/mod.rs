@@ -16,6 +16,7 @@ pub mod obj;
 mod physical;
 #[cfg(feature = "formats")]
 pub mod ply;
+mod png_rows;
 mod polled;
 mod sandbox_dir;
 mod smooth;

@@ -5,11 +5,12 @@
 //! No gamma and no colour profile is applied. Sizes are read from the header and checked before
 //! anything is unpacked, so a small file cannot claim much memory.
 
+use super::png_rows::PngRows;
 use super::polled::PolledBytes;
 use super::{FilePosition, LoadError, LoadErrorKind, LoadMemory, never_panicking};
 use crate::save::rgba8;
 use crate::scene::{MAX_TEXTURE_SIDE, Texture, TextureError};
-use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, ImageResult, Limits};
 use std::path::Path;
 
 /// Most texels of a texture file.
@@ -60,13 +61,10 @@ pub fn decode_within(bytes: &[u8], file_name: &str, memory: &mut LoadMemory) -> 
     };
     let cancel = memory.cancel().clone();
     let decoded = never_panicking(|| {
-        let mut reader = ImageReader::with_format(PolledBytes::new(bytes, &cancel), format);
-        let mut limits = Limits::no_limits();
-        limits.max_alloc = Some(HEADER_BYTES);
-        reader.limits(limits);
         // Some decoders copy the file.
         let mut work = memory.work(HEADER_BYTES + bytes.len() as u64).map_err(fail)?;
-        let mut decoder = reader.into_decoder().map_err(|e| undecodable(e.to_string()))?;
+        let input = PolledBytes::new(bytes, &cancel);
+        let mut decoder = open(input, bytes.len(), format).map_err(|e| undecodable(e.to_string()))?;
         let (width, height) = decoder.dimensions();
         let pixels = u64::from(width) * u64::from(height);
         if width.max(height) > MAX_TEXTURE_SIDE || pixels > MAX_TEXELS {
@@ -92,6 +90,22 @@ pub fn decode_within(bytes: &[u8], file_name: &str, memory: &mut LoadMemory) -> 
         TextureError::BadSize { width, height } => size_error(width, height),
         e @ TextureError::BadLength { .. } => undecodable(e.to_string()),
     })
+}
+
+/// Reads the header of a picture file of `file_bytes`.
+fn open<'a>(
+    input: PolledBytes<'a>,
+    file_bytes: usize,
+    format: ImageFormat,
+) -> ImageResult<Box<dyn ImageDecoder + 'a>> {
+    if format == ImageFormat::Png {
+        return Ok(Box::new(PngRows::new(input, file_bytes, HEADER_BYTES as usize)?));
+    }
+    let mut reader = ImageReader::with_format(input, format);
+    let mut limits = Limits::no_limits();
+    limits.max_alloc = Some(HEADER_BYTES);
+    reader.limits(limits);
+    Ok(Box::new(reader.into_decoder()?))
 }
 
 /// Returns an upper bound of the bytes for unpacking a picture, of which `decoded` are the pixels
