@@ -136,9 +136,10 @@ pub(super) struct Quotas {
     #[arg(long, value_name = "N", default_value_t = Limits::default().connections as u32,
         value_parser = clap::value_parser!(u32).range(1..))]
     max_conns: u32,
-    /// Connections at one time from one IPv4 address, or one /64 network of IPv6 [default: as many as there may be]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    max_conns_per_address: Option<u32>,
+    /// Connections at one time from one IPv4 address, or one /64 network of IPv6
+    #[arg(long, value_name = "N", default_value_t = Limits::default().connections_per_address as u32,
+        value_parser = clap::value_parser!(u32).range(1..))]
+    max_conns_per_address: u32,
     /// Close connections that send nothing and are owed nothing for so long; 0 is never [default: 0]
     #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u32))]
     idle_timeout: Option<u32>,
@@ -177,7 +178,7 @@ impl Quotas {
         let limits = Limits {
             memory_bytes,
             connections: self.max_conns as usize,
-            connections_per_address: self.max_conns_per_address.map_or(usize::MAX, |n| n as usize),
+            connections_per_address: self.max_conns_per_address as usize,
             idle_timeout: self.idle_timeout.filter(|s| *s > 0).map(|s| Duration::from_secs(s.into())),
             payload_bytes: self.max_payload.0,
             names: self.max_names,

@@ -8,6 +8,7 @@ mod fairness;
 mod files;
 #[path = "../support/folder.rs"]
 mod folder;
+mod gone;
 mod hall;
 mod loads;
 mod memory;

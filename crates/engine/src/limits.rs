@@ -42,7 +42,7 @@ impl Default for Limits {
     fn default() -> Self {
         Limits {
             connections: 1024,
-            connections_per_address: usize::MAX,
+            connections_per_address: 768,
             idle_timeout: None,
             payload_bytes: 64 << 20,
             names: 4096,

@@ -141,6 +141,8 @@ pub struct Session {
     pub(super) held: Option<Reservation>,
     /// The memory reserved for the payload of the current command, until the command takes it over.
     pub(super) payload_held: Option<Reservation>,
+    /// Set once its client is gone: commands that only answer, and waits, are passed over.
+    pub(super) is_unread: bool,
     /// Counters of this connection.
     pub stats: Stats,
     /// The part of `stats` that is already in the totals.
@@ -184,6 +186,7 @@ impl Session {
             file_access: FileAccess::LoadFolder,
             held: None,
             payload_held: None,
+            is_unread: false,
             stats: Stats::default(),
             counted: Stats::default(),
         }

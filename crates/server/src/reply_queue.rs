@@ -4,7 +4,8 @@
 //! In: complete replies, from the render thread. Out: bytes in order, through a writer on a thread
 //! of its own, which is started with the first reply that cannot be sent at once. A client that
 //! does not read fills only its own queue; the render thread then suspends that client's commands
-//! ([`ReplyQueue::is_full`]) until the writer has made room.
+//! ([`ReplyQueue::is_full`]) until the writer has made room. A failure to send is told at once: the
+//! render thread then drops what only that client would receive.
 
 use fbptr_core::memory::{MemoryBudget, MemoryUse, Reservation};
 use std::io::{self, Write};
@@ -91,6 +92,11 @@ impl ReplyQueue {
         is_full
     }
 
+    /// Returns whether sending has failed: the client is gone, and nobody reads what is queued.
+    pub fn has_failed(&self) -> bool {
+        self.lock().has_failed
+    }
+
     /// Notes that nothing more will be queued.
     pub fn close(&self) {
         self.lock().is_closed = true;
@@ -148,7 +154,8 @@ impl ReplyQueue {
                     state.count();
                 }
                 let has_room = state.ready.len() + state.in_flight <= limit / 2;
-                if state.is_awaited && has_room {
+                // A failure is told in any case: the connection may wait for something else.
+                if result.is_err() || (state.is_awaited && has_room) {
                     state.is_awaited = false;
                     drop(state);
                     on_room();
@@ -192,23 +199,34 @@ mod tests {
         assert_eq!((calls.into_inner(), reply_queue.pending()), (1, 0));
     }
 
+    struct Broken;
+
+    impl Write for Broken {
+        fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+            Err(io::ErrorKind::BrokenPipe.into())
+        }
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_failure_is_told_though_nobody_waits_for_room() {
+        let (reply_queue, calls) = (ReplyQueue::default(), AtomicUsize::new(0));
+        reply_queue.put(&mut vec![1; 100]);
+        let on_room = || _ = calls.fetch_add(1, Ordering::Relaxed);
+        assert!(reply_queue.write_all_to(&mut Broken, 1000, on_room).is_err());
+        assert_eq!((calls.into_inner(), reply_queue.has_failed()), (1, true));
+    }
+
     #[test]
     fn a_writer_that_fails_leaves_nothing_waiting() {
-        struct Broken;
-        impl Write for Broken {
-            fn write(&mut self, _: &[u8]) -> io::Result<usize> {
-                Err(io::ErrorKind::BrokenPipe.into())
-            }
-            fn flush(&mut self) -> io::Result<()> {
-                Ok(())
-            }
-        }
         let reply_queue = ReplyQueue::default();
         reply_queue.put(&mut vec![1; 100]);
         assert!(reply_queue.is_full(50));
         assert!(reply_queue.write_all_to(&mut Broken, 50, || ()).is_err());
         reply_queue.put(&mut vec![1; 100]);
-        assert!(!reply_queue.is_full(50));
+        assert!(!reply_queue.is_full(50) && reply_queue.has_failed());
         assert!(!reply_queue.wait_done(Instant::now()));
     }
 }

@@ -3,7 +3,7 @@
 
 use super::{Decoder, DecoderState};
 use crate::args::words;
-use crate::commands::{Command, Rect};
+use crate::commands::{Command, Rect, SnapTarget};
 
 /// Most pixels (or bytes of PEEK) of a query that counts as quick.
 const FEW_PIXELS: u64 = 1 << 16;
@@ -23,6 +23,16 @@ impl Command {
             }
             C::DepthAt { .. } | C::Pick { .. } => true,
             _ => false,
+        }
+    }
+
+    /// Returns whether the command changes nothing but counters, however long it takes: without a
+    /// reader of its reply it need not run.
+    pub fn only_answers(&self) -> bool {
+        use Command as C;
+        match self {
+            C::Read { .. } | C::Crc { .. } | C::Peek { .. } | C::Snap(SnapTarget::Connection) => true,
+            _ => self.only_asks(),
         }
     }
 }

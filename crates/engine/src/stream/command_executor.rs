@@ -283,6 +283,10 @@ impl<'a> CommandExecutor<'a> {
     }
 
     fn after(&mut self, result: Result<Effect, Fault>, place: StreamPosition, verb: &'static str) -> Flow {
+        let result = match result {
+            Ok(Effect::Pause(_) | Effect::WaitShown(_)) if self.session.is_unread => Ok(Effect::Done),
+            result => result,
+        };
         match result {
             Ok(Effect::Done) => self.yield_if_due(verb == "PRESENT"),
             Ok(Effect::Quit) => {
@@ -327,6 +331,9 @@ impl Sink for CommandExecutor<'_> {
             && self.batches
         {
             return self.enqueue(Line { p0, p1, color });
+        }
+        if self.session.is_unread && command.only_answers() {
+            return self.yield_if_due(false);
         }
         let verb = command.verb();
         let may_wait = self.batches && self.engine.leaves_draws_waiting(self.session, &command);

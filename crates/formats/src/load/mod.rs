@@ -15,6 +15,7 @@ mod mesh;
 pub mod obj;
 mod physical;
 pub mod ply;
+mod png_rows;
 mod polled;
 mod sandbox_dir;
 mod side_files;

@@ -5,11 +5,12 @@
 //! No gamma and no colour profile is applied. Sizes are read from the header and checked before
 //! anything is unpacked, so a small file cannot claim much memory.
 
+use super::png_rows::PngRows;
 use super::polled::PolledBytes;
 use super::{FilePosition, LoadError, LoadErrorKind, LoadMemory, never_panicking};
 use crate::save::rgba8;
 use fbptr_core::scene::{MAX_TEXTURE_SIDE, Texture, TextureError};
-use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, ImageResult, Limits};
 use std::path::Path;
 
 /// Most texels of a texture file.
@@ -82,11 +83,8 @@ pub fn decode_within(bytes: &[u8], file_name: &str, memory: &mut LoadMemory) -> 
             let (width, height, rgba) = webp(PolledBytes::new(bytes, &cancel), &mut reserve, wrong)?;
             return Ok((width, height, rgba, work));
         }
-        let mut reader = ImageReader::with_format(PolledBytes::new(bytes, &cancel), format);
-        let mut limits = Limits::no_limits();
-        limits.max_alloc = Some(HEADER_BYTES);
-        reader.limits(limits);
-        let mut decoder = reader.into_decoder().map_err(|e| undecodable(e.to_string()))?;
+        let input = PolledBytes::new(bytes, &cancel);
+        let mut decoder = open(input, bytes.len(), format).map_err(|e| undecodable(e.to_string()))?;
         let (width, height) = decoder.dimensions();
         let unpacking = reserve(width, height, decoder.total_bytes())?;
         let mut limits = Limits::no_limits();
@@ -126,6 +124,22 @@ fn webp<E>(
         pixels = pixels.as_chunks::<3>().0.iter().flat_map(|[r, g, b]| [*r, *g, *b, 255]).collect();
     }
     Ok((width, height, pixels))
+}
+
+/// Reads the header of a picture file of `file_bytes`.
+fn open<'a>(
+    input: PolledBytes<'a>,
+    file_bytes: usize,
+    format: ImageFormat,
+) -> ImageResult<Box<dyn ImageDecoder + 'a>> {
+    if format == ImageFormat::Png {
+        return Ok(Box::new(PngRows::new(input, file_bytes, HEADER_BYTES as usize)?));
+    }
+    let mut reader = ImageReader::with_format(input, format);
+    let mut limits = Limits::no_limits();
+    limits.max_alloc = Some(HEADER_BYTES);
+    reader.limits(limits);
+    Ok(Box::new(reader.into_decoder()?))
 }
 
 /// Returns an upper bound of the bytes for unpacking a picture, of which `decoded` are the pixels

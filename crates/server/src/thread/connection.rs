@@ -182,8 +182,22 @@ impl Connection {
         self.has_mail = true;
     }
 
+    /// Ends the wait for the client to read replies, and if the client is gone, the waits for a frame
+    /// and for a time, too.
     pub fn note_room(&mut self) {
         self.is_stalled = false;
+        if let ConnectionSource::Stream { reply_queue, .. } = &self.source
+            && reply_queue.has_failed()
+        {
+            self.stream.session_mut().is_unread = true;
+            (self.waits_for, self.paused_until) = (None, None);
+        }
+    }
+
+    /// Returns whether the client has sent all that it will send. It may be gone: a closed socket
+    /// looks like one of which the sending side alone was closed.
+    pub fn has_ended_input(&self) -> bool {
+        matches!(self.work.back(), Some(Work::End(_)))
     }
 
     /// Returns whether there is work to run and nothing to wait for.

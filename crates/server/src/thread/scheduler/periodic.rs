@@ -83,12 +83,21 @@ impl Scheduler {
         }
     }
 
-    /// Makes connections runnable whose pause is over.
+    /// Makes connections runnable whose pause is over. While half of the places are taken, the pauses
+    /// of clients that send nothing more are over at once: they may be gone, and others need the
+    /// places.
     fn end_pauses(&mut self, now: Instant) {
+        let is_crowded = self.connections.len() > self.engine.limits().connections / 2;
         for id in std::mem::take(&mut self.paused) {
             let Some(connection) = self.connections.get_mut(&id) else { continue };
             match connection.paused_until {
-                Some(until) if now < until && self.display.is_some() => self.paused.push(id),
+                Some(until)
+                    if now < until
+                        && self.display.is_some()
+                        && !(is_crowded && connection.has_ended_input()) =>
+                {
+                    self.paused.push(id);
+                }
                 _ => self.with(id, |c| c.paused_until = None),
             }
         }
