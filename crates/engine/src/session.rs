@@ -142,7 +142,7 @@ pub struct Session {
     /// The memory reserved for the payload of the current command, until the command takes it over.
     pub(super) payload_held: Option<Reservation>,
     /// Set once its client is gone: commands that only answer, and waits, are passed over.
-    pub(super) is_unread: bool,
+    pub is_unread: bool,
     /// Counters of this connection.
     pub stats: Stats,
     /// The part of `stats` that is already in the totals.
