@@ -150,8 +150,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Modules that only the program needs are public, but hidden here and free to change. All modules
-//! are listed by layer in the source; imports go down only (`tests/cli/layers.rs` checks it).
+//! Modules that only the program needs are public, but hidden here and free to change. Cargo keeps
+//! the order of the crates, `tests/cli/layers.rs` that of the parts inside them.
 #![deny(unsafe_code)]
 #![deny(missing_docs)]
 // `unwrap` is for tests: code says why a value cannot be missing.

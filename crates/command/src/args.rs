@@ -11,8 +11,8 @@ use fbptr_core::memory::{Rgba, parse_color, parse_light_color};
 use glam::DVec3;
 use std::borrow::Cow;
 
-/// Reason why a command is refused: the decoder's form of [`fbptr_core::error::Fault`], with the word as
-/// raw bytes.
+/// Reason why a command is refused: the decoder's form of [`fbptr_core::error::Fault`], with the
+/// word as raw bytes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct ParseError {
     pub code: Code,

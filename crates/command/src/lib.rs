@@ -40,8 +40,8 @@ pub use commands::{
 };
 #[doc(hidden)]
 pub use decoder::BYTE_ORDER_MARK;
-pub use decoder::{Decoder, EndOfInput, Limits, MAX_LINE_BYTES};
-pub use encode::{EncodeError, encode};
+pub use decoder::{Decoder, EndOfInput, Limits};
+pub use encode::{EncodeError, MAX_LINE_BYTES, encode};
 pub use fbptr_core::memory::{parse_color, parse_light_color};
 #[doc(hidden)]
 pub use figure::DrawFigure;
@@ -49,8 +49,8 @@ pub use framebuffer::Framebuffer;
 pub use help::{help_on, help_text};
 pub(crate) use methods::each_figure;
 pub use payload_pool::PayloadPool;
-pub use sink::{BINARY_PIXEL_BYTES, Flow, Sink, StreamPosition, binary_pixel};
+pub use sink::{BINARY_PIXEL_BYTES, Flow, Sink, binary_pixel};
 pub use stream_error::{
-    StreamError, Subject, format_error, format_fault, format_play_error, format_play_fault,
+    StreamError, StreamPosition, Subject, format_error, format_fault, format_play_error, format_play_fault,
 };
 pub use verb::{Encoding, Form, Group, Parameter, ParameterKind, Payload, Reach, Reply, Verb};

@@ -1,23 +1,8 @@
 //! The interface between a decoder and the consumer of its commands.
 
 use super::commands::{Command, Rect};
-use super::stream_error::StreamError;
+use super::stream_error::{StreamError, StreamPosition};
 use fbptr_core::memory::{Reservation, Rgba};
-
-/// Position of a command in its stream.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct StreamPosition {
-    /// Line number from 1: LF bytes before the position plus one, those in payloads and binary
-    /// commands included.
-    pub line: u64,
-    /// Number of bytes before the position.
-    pub byte: u64,
-}
-
-impl StreamPosition {
-    /// Beginning of every stream.
-    pub const START: StreamPosition = StreamPosition { line: 1, byte: 0 };
-}
 
 /// Tells the decoder whether to continue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -5,7 +5,6 @@
 //! as `\xNN`.
 
 use super::args::ParseError;
-use super::sink::StreamPosition;
 use super::suggest::nearest_verb;
 use super::verb::Verb;
 use fbptr_core::error::{Code, Fault};
@@ -17,6 +16,21 @@ pub const TOKEN_BYTES: usize = 40;
 
 /// Exclusive limit of an error line's length in bytes, LF not counted.
 pub const LINE_BYTES: usize = 1000;
+
+/// Position of a command in its stream.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct StreamPosition {
+    /// Line number from 1: LF bytes before the position plus one, those in payloads and binary
+    /// commands included.
+    pub line: u64,
+    /// Number of bytes before the position.
+    pub byte: u64,
+}
+
+impl StreamPosition {
+    /// Beginning of every stream.
+    pub const START: StreamPosition = StreamPosition { line: 1, byte: 0 };
+}
 
 /// Verb of a refused command.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,8 +1,8 @@
 //! Reference renderer: written directly from the formulas, it defines which pictures are correct.
 //!
-//! In: a [`Scene`](fbptr_core::scene::Scene) and [`Settings`]. Out: a [`TruthPicture`], which holds for
-//! each pixel every result that the specification accepts: bytes, unclamped colour, exact depth,
-//! and the visible face. Nearly everywhere that is one result; where an exact decision is
+//! In: a [`Scene`](fbptr_core::scene::Scene) and [`Settings`]. Out: a [`TruthPicture`], which holds
+//! for each pixel every result that the specification accepts: bytes, unclamped colour, exact
+//! depth, and the visible face. Nearly everywhere that is one result; where an exact decision is
 //! borderline, both sides are accepted.
 //!
 //! It is independent of the pipeline, so that an error must be made twice to go unnoticed: they

@@ -2,12 +2,12 @@
 //! mesh of a folder of test data, and random scenes. Two builds of it print the same lines if they
 //! draw the same bytes.
 //!
-//! Usage: `crcs DATA [COUNT] [--spoil] [--portable]`, where `DATA` is `tests/data` and `COUNT` the number of random scenes.
-//! Pictures that have a golden file in `DATA/x3d/golden` are compared with it; a difference, as a
-//! scene that no longer loads, ends the program with status 1. With `--spoil` the lowest bit of one
-//! pixel of each random picture is changed, so that a comparison of the lines can be tested. With
-//! `--portable` the random pictures are drawn by the portable path; otherwise by the widest vectors,
-//! whose name is printed to standard error.
+//! Usage: `crcs DATA [COUNT] [--spoil] [--portable]`, where `DATA` is `tests/data` and `COUNT` the
+//! number of random scenes. Pictures that have a golden file in `DATA/x3d/golden` are compared with
+//! it; a difference, as a scene that no longer loads, ends the program with status 1. With
+//! `--spoil` the lowest bit of one pixel of each random picture is changed, so that a comparison of
+//! the lines can be tested. With `--portable` the random pictures are drawn by the portable path;
+//! otherwise by the widest vectors, whose name is printed to standard error.
 
 mod files;
 mod random;

@@ -29,18 +29,16 @@ pub(super) use line::PayloadLength;
 
 use super::args::{ParseError, words};
 use super::commands::Command;
+use super::encode::MAX_LINE_BYTES;
 use super::long_line::LongLine;
 use super::payload_pool::PayloadPool;
 use super::scan::count_lf;
-use super::sink::{Flow, Sink, StreamPosition};
-use super::stream_error::{StreamError, Subject};
+use super::sink::{Flow, Sink};
+use super::stream_error::{StreamError, StreamPosition, Subject};
 use fbptr_core::error::Code;
 use fbptr_core::memory::Reservation;
 use framing::{FrameKind, binary_or_text, frame_kind};
 use line::{is_idle, without_cr};
-
-/// Longest line in bytes, without its LF and one CR before it.
-pub const MAX_LINE_BYTES: usize = 4096;
 
 /// Size limits for one stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

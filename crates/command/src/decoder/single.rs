@@ -8,8 +8,7 @@ use super::line::{parse_error, read_command};
 use crate::args::{ParseError, is_blank};
 use crate::codec::Codec;
 use crate::commands::Command;
-use crate::sink::StreamPosition;
-use crate::stream_error::{StreamError, Subject};
+use crate::stream_error::{StreamError, StreamPosition, Subject};
 use crate::verb::Verb;
 use fbptr_core::error::Code;
 

@@ -7,12 +7,14 @@ mod line;
 
 use super::codec::Codec;
 use super::commands::Command;
-use super::decoder::MAX_LINE_BYTES;
 use fbptr_core::error::{Code, Fault};
 use std::error::Error;
 use std::fmt;
 
 pub(super) use line::LineWriter;
+
+/// Longest line in bytes, without its LF and one CR before it.
+pub const MAX_LINE_BYTES: usize = 4096;
 
 /// Reason why a command cannot be encoded.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -228,8 +228,8 @@ impl Framebuffer {
         self.text_size = size.clamp(1, 8);
     }
 
-    /// Draws text in the built-in font of 8x8 pixels, as `TEXT` and `PRINT` do; `at` is the upper left corner
-    /// of its first character. A line feed begins a new line.
+    /// Draws text in the built-in font of 8x8 pixels, as `TEXT` and `PRINT` do; `at` is the upper
+    /// left corner of its first character. A line feed begins a new line.
     pub fn text(&mut self, at: [i32; 2], text: &str, color: Rgba) {
         self.figures()
             .text(at[0], at[1], color, text.as_bytes())

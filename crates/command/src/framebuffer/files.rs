@@ -41,9 +41,8 @@ fn open(path: &Path) -> Result<Opened<impl FnMut(&str) -> Option<Vec<u8>> + use<
 }
 
 impl Framebuffer {
-    /// Reads a mesh from an OBJ, STL or PLY file, which its bytes tell apart (STL and PLY with the
-    /// feature `formats`). The facets of STL files are flat; see [`MeshFormat::parse`] for smooth
-    /// ones.
+    /// Reads a mesh from an OBJ, STL or PLY file, which its bytes tell apart. The facets of STL files
+    /// are flat; see [`MeshFormat::parse`] for smooth ones.
     ///
     /// # Errors
     /// If the file cannot be read, or has an error.

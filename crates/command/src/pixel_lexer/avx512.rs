@@ -34,8 +34,8 @@ struct LineForm {
     from: [u8; 16],
     /// Offset of the byte from that separator, signed.
     offset: [u8; 16],
-    /// Room of each byte, signed: with n the digits of its word, the byte is present if n + 1 + room is not
-    /// negative.
+    /// Room of each byte, signed: with n the digits of its word, the byte is present if n + 1 +
+    /// room is not negative.
     room: [u8; 16],
     /// Byte to fill in where there is no digit.
     fill: [u8; 16],

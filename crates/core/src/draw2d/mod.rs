@@ -11,8 +11,8 @@
 //! several lines ([`triangle_outline`], [`poly`]), which write the pixels of each line.
 //!
 //! Figures of areas ([`fill`], [`fill_poly`], [`fill_rect`], [`fill_circle`], [`fill_ellipse`],
-//! [`ellipse`], [`arc`], [`wide_line`], [`bezier`]) draw only the rows of [`VideoMemory::window`]. Drawing one band after another gives the same bytes as drawing the full
-//! frame.
+//! [`ellipse`], [`arc`], [`wide_line`], [`bezier`]) draw only the rows of [`VideoMemory::window`].
+//! Drawing one band after another gives the same bytes as drawing the full frame.
 
 mod arc;
 mod bezier;

@@ -61,7 +61,8 @@ pub fn ellipse_definition(centre: [f64; 2], radii: [f64; 2]) -> impl Fn(i32, i32
     }
 }
 
-/// Generates coordinates in pixels: halves, others near the frame, far ones, and all magnitudes of f64.
+/// Generates coordinates in pixels: halves, others near the frame, far ones, and all magnitudes of
+/// f64.
 pub fn real() -> impl Strategy<Value = f64> {
     prop_oneof![
         3 => (-20..40i32).prop_map(|v| f64::from(v) / 2.0),

@@ -5,8 +5,8 @@
 //! radius w/2 about a and b, or beside the segment, 0 <= (p - a).d <= d.d, and |(p - a) x d| < w/2
 //! |d|. Of the two long sides the upper one belongs to the line, the left one of an upright line, as
 //! of [`fill`](super::fill): so a line of width 1 between two rows of centres is one pixel wide. The
-//! ends' order does not matter. Every f64 is an integer times a power of two, so each comparison can be made in integers.
-//! It is made in f64 wherever rounding cannot change the result.
+//! ends' order does not matter. Every f64 is an integer times a power of two, so each comparison
+//! can be made in integers. It is made in f64 wherever rounding cannot change the result.
 
 use super::blend::Paint;
 use super::disc::Disc;

@@ -1,8 +1,8 @@
 //! Stage 1: derives the stages that a draw call needs, by whatever path it is drawn.
 //!
 //! In: a draw call, its target, its lights and cached facts about its mesh. Out: a record of the
-//! parts that it needs, without those of its path, which `path_plan` adds. No vertex is transformed and no pixel is
-//! read.
+//! parts that it needs, without those of its path, which `path_plan` adds. No vertex is transformed
+//! and no pixel is read.
 
 use super::draw_call::{DrawCall, Target};
 use super::geometry_cache::GeometryInfo;

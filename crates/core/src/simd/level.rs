@@ -21,9 +21,9 @@ pub enum Level {
     Portable,
     /// 4 lanes (little-endian AArch64 with NEON, which nearly all of them have).
     Neon,
-    /// 8 lanes (x86-64 with AVX2, BMI1, BMI2, LZCNT, POPCNT; compiled by the feature `avx2`).
+    /// 8 lanes (x86-64 with AVX2, BMI1, BMI2, LZCNT, POPCNT; compiled by the feature `avx`).
     Avx2,
-    /// 16 lanes (x86-64 with AVX-512 F, BW, DQ, VL, CD; compiled by the feature `avx512`).
+    /// 16 lanes (x86-64 with AVX-512 F, BW, DQ, VL, CD; compiled by the feature `avx`).
     Avx512,
 }
 

@@ -5,7 +5,7 @@
 //! thread; vertical blanks; input events as the kernel's devices give them. Promises: whatever a
 //! program writes into the shared memories, nothing here panics or reads outside of them; nothing
 //! is left of the device when this process has ended, however it ended. Tested by
-//! `tests/serving/run.rs` with real programs.
+//! `tests/serving/run/` with real programs.
 
 #[path = "../../preload/attributes.rs"]
 mod attributes;

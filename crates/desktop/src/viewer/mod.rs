@@ -2,9 +2,9 @@
 //! time come in; a picture, an overlay and requests go out, so every key is tested without a
 //! screen.
 //!
-//! In: a [`Model`] (mesh, X3D or glTF document, N-dimensional scene, command stream, the tour), [`Key`]s, the pointer
-//! in frame pixels, elapsed time. Out: video memory, an [`Overlay`] that is never drawn into it,
-//! and [`Request`]s for a caller that can access files and windows.
+//! In: a [`Model`] (mesh, X3D or glTF document, N-dimensional scene, command stream, the tour),
+//! [`Key`]s, the pointer in frame pixels, elapsed time. Out: video memory, an [`Overlay`] that is
+//! never drawn into it, and [`Request`]s for a caller that can access files and windows.
 //!
 //! Promises: the first picture is the one that rendering the file gives; a view in N dimensions is
 //! the picture that its JSON gives; only what changed is drawn again. A clock is read only to

@@ -14,7 +14,7 @@ const MAX_IN_FLIGHT: usize = 3;
 const MAX_PAYLOAD_IN_FLIGHT: usize = 5;
 /// Most batches in flight of a connection that may begin a large payload while others are within
 /// theirs. A payload of which one batch has arrived is still collected in a small buffer
-/// (`KEPT_BYTES` in `command/decoder/payload.rs`).
+/// (`KEPT_BYTES` in `decoder/payload.rs` of `fbptr-command`).
 const MAX_IN_FLIGHT_AT_START: usize = 1;
 
 /// State that decides whether a socket is read.

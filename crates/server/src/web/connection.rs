@@ -29,8 +29,8 @@ enum Phase {
     Head(Vec<u8>),
     /// The response, and the number of bytes that are sent.
     Response(Vec<u8>, usize),
-    /// Bytes that the client still sends are dropped: a socket that is closed with unread bytes is reset,
-    /// and the response may be lost.
+    /// Bytes that the client still sends are dropped: a socket that is closed with unread bytes is
+    /// reset, and the response may be lost.
     Drain,
 }
 

@@ -6,7 +6,7 @@
 //! In: a facet, and a run of pixels along screen axis 1. Out: candidates, stored in [`Nearest`]
 //! under the tie rule.
 //!
-//! Check: every face of the polytope tried in rational numbers (tests/eye/exact).
+//! Check: every face of the polytope tried in rational numbers (`tests/eye/exact.rs`).
 
 mod cone;
 mod fan;

@@ -121,7 +121,8 @@ pub(super) struct ShadedObject<'c> {
 
 impl<'c> ShadedObject<'c> {
     /// Returns the draw if its cheaper settings can be bounded: opaque, drawn by the tile renderer
-    /// under every shading mode, with a model that keeps angles. Without angles no other shading mode is.
+    /// under every shading mode, with a model that keeps angles. Without angles no other shading
+    /// mode is.
     pub fn of(
         call: &'c DrawCall<'c>,
         mesh_box: MeshBox,
@@ -154,8 +155,8 @@ impl<'c> ShadedObject<'c> {
         self.call
     }
 
-    /// Returns a bound on the colour error of drawing in `shade` in place of the draw's own mode, under
-    /// these lights; `None` where nothing is proven.
+    /// Returns a bound on the colour error of drawing in `shade` in place of the draw's own mode,
+    /// under these lights; `None` where nothing is proven.
     pub fn of_shade(&self, shade: ShadeMode, lights: &[u32]) -> Option<f64> {
         let own = self.call.shade;
         if shade == own {

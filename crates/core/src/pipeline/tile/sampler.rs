@@ -225,8 +225,8 @@ impl TextureSampler<'_> {
             return out;
         }
         let last = self.texture.level_count() - 1;
-        // A texel is what is left of it and none of the next level, to the bit: magnified textures need
-        // one level alone.
+        // A texel is what is left of it and none of the next level, to the bit: magnified textures
+        // need one level alone.
         let is_between = !texel_addresses.part.le(s.splat(0.0));
         let mut numbers = [0f32; 16];
         s.store(texel_addresses.level, &mut numbers[..S::LANES]);

@@ -23,7 +23,8 @@ pub use pairing::with_pairs;
 #[derive(Clone, Copy, Debug)]
 pub struct Avx2(());
 
-// SAFETY: only `run_avx2` and `run_paired` make the token, and their callers make sure of the features.
+// SAFETY: only `run_avx2` and `run_paired` make the token, and their callers make sure of the
+// features.
 unsafe impl Evidence for Avx2 {}
 
 /// The entries of a kernel at this level, in the kernel's unit of code

@@ -74,14 +74,16 @@ impl Simd for Neon {
     #[inline(always)]
     fn load_bytes(self, from: &[u8]) -> I {
         let from = &from[..16];
-        // SAFETY: NEON is part of the target; the slice holds 16 bytes, and the level exists on little-endian CPUs only.
+        // SAFETY: NEON is part of the target; the slice holds 16 bytes, and the level exists on
+        // little-endian CPUs only.
         unsafe { I(vreinterpretq_s32_u8(vld1q_u8(from.as_ptr()))) }
     }
     #[inline(always)]
     fn store_masked_bytes(self, mask: M, v: I, to: &mut [u8]) {
         let to = &mut to[..16];
         let new = self.select_i(mask, v, self.load_bytes(to));
-        // SAFETY: NEON is part of the target; the slice holds 16 bytes, and the level exists on little-endian CPUs only.
+        // SAFETY: NEON is part of the target; the slice holds 16 bytes, and the level exists on
+        // little-endian CPUs only.
         unsafe { vst1q_u8(to.as_mut_ptr(), vreinterpretq_u8_s32(new.0)) }
     }
     #[inline(always)]
@@ -136,7 +138,8 @@ impl Simd for Neon {
         if from.len() < 4 {
             return self.splat_i(0);
         }
-        // SAFETY: NEON is part of the target; unset lanes read pixel 0, which exists; the others were checked.
+        // SAFETY: NEON is part of the target; unset lanes read pixel 0, which exists; the others
+        // were checked.
         let found = unsafe { numbers(from.as_ptr(), at) };
         registers!(I(vandq_s32(found, vreinterpretq_s32_u32(mask.0))))
     }
@@ -146,7 +149,8 @@ impl Simd for Neon {
         if from.is_empty() {
             return self.splat(0.0);
         }
-        // SAFETY: NEON is part of the target; unset lanes read number 0, which exists; the others were checked.
+        // SAFETY: NEON is part of the target; unset lanes read number 0, which exists; the others
+        // were checked.
         let found = unsafe { numbers(from.as_ptr().cast(), at) };
         registers!(F(vreinterpretq_f32_s32(vandq_s32(found, vreinterpretq_s32_u32(mask.0)))))
     }
@@ -154,7 +158,8 @@ impl Simd for Neon {
     fn gather4(self, mask: M, from: &[[f32; 4]], index: I) -> [F; 4] {
         assert!(!from.is_empty(), "records to gather");
         let at = checked(mask, index, from.len());
-        // SAFETY: NEON is part of the target; unset lanes read record 0, which exists; the others were checked.
+        // SAFETY: NEON is part of the target; unset lanes read record 0, which exists; the others
+        // were checked.
         let [a, b, c, d] = unsafe { records::<16>(from.as_ptr().cast(), at) };
         [I(a).as_f32(), I(b).as_f32(), I(c).as_f32(), I(d).as_f32()]
     }
@@ -162,8 +167,8 @@ impl Simd for Neon {
     fn gather_pairs(self, mask: M, from: &[[u16; 4]], index: I) -> [I; 4] {
         assert!(from.len() > 1, "pairs to gather");
         let at = checked(mask, index, from.len() - 1);
-        // SAFETY: NEON is part of the target; unset lanes read records 0 and 1, which exist; the others were checked: each has
-        // a successor.
+        // SAFETY: NEON is part of the target; unset lanes read records 0 and 1, which exist; the
+        // others were checked: each has a successor.
         let [a, b, c, d] = unsafe { records::<8>(from.as_ptr().cast(), at) };
         [I(a), I(b), I(c), I(d)]
     }
@@ -171,8 +176,8 @@ impl Simd for Neon {
     fn gather_byte_pairs(self, mask: M, from: &[u8], index: I) -> [I; 2] {
         assert!(from.len() >= 8, "pairs to gather");
         let at = checked(mask, index, from.len() / 4 - 1);
-        // SAFETY: NEON is part of the target; unset lanes read pixels 0 and 1, which exist; the others were checked: each has a
-        // successor.
+        // SAFETY: NEON is part of the target; unset lanes read pixels 0 and 1, which exist; the
+        // others were checked: each has a successor.
         let [a, b] = unsafe { pairs(from.as_ptr(), at) };
         [I(a), I(b)]
     }

@@ -62,7 +62,8 @@ pub(super) fn checked(mask: M, index: I, len: usize) -> [usize; 4] {
 /// 4 bytes must be readable at each of those places.
 #[inline(always)]
 pub(super) unsafe fn numbers(from: *const u8, at: [usize; 4]) -> int32x4_t {
-    // SAFETY: NEON is part of the target; the rest as promised by the caller; these loads need no alignment.
+    // SAFETY: NEON is part of the target; the rest as promised by the caller; these loads need no
+    // alignment.
     unsafe {
         let [a, b, c, d] = at.map(|at| from.add(4 * at).cast::<i32>());
         let v = vdupq_n_s32(a.read_unaligned());
@@ -79,8 +80,8 @@ pub(super) unsafe fn numbers(from: *const u8, at: [usize; 4]) -> int32x4_t {
 #[inline(always)]
 pub(super) unsafe fn records<const STRIDE: usize>(from: *const u8, at: [usize; 4]) -> [int32x4_t; 4] {
     let [a, b, c, d] = at;
-    // SAFETY: NEON is part of the target; the rest as promised by the caller; loads of bytes need no alignment, and the level exists on
-    // little-endian CPUs only.
+    // SAFETY: NEON is part of the target; the rest as promised by the caller; loads of bytes need
+    // no alignment, and the level exists on little-endian CPUs only.
     unsafe {
         transposed([
             vreinterpretq_s32_u8(vld1q_u8(from.add(STRIDE * a))),
@@ -98,8 +99,8 @@ pub(super) unsafe fn records<const STRIDE: usize>(from: *const u8, at: [usize; 4
 #[inline(always)]
 pub(super) unsafe fn pairs(from: *const u8, at: [usize; 4]) -> [int32x4_t; 2] {
     let [a, b, c, d] = at;
-    // SAFETY: NEON is part of the target; the rest as promised by the caller; loads of bytes need no alignment, and the level exists on
-    // little-endian CPUs only.
+    // SAFETY: NEON is part of the target; the rest as promised by the caller; loads of bytes need
+    // no alignment, and the level exists on little-endian CPUs only.
     unsafe {
         let low = vcombine_u8(vld1_u8(from.add(4 * a)), vld1_u8(from.add(4 * b)));
         let high = vcombine_u8(vld1_u8(from.add(4 * c)), vld1_u8(from.add(4 * d)));

@@ -13,11 +13,10 @@
 //! ```
 //!
 //! The base-colour texture multiplies Kd and Ka, and with BLEND the opacity. MASK makes each texel
-//! opaque or invisible. KHR_materials_unlit: the colour c alone. The mean of the occlusion texture dims
-//! Ka. Textures of normals and emission are left out with a warning, the last with the emission that
-//! they limit.
-//! KHR_materials_pbrSpecularGlossiness: c = E(diffuse), m = 0,
-//! r = 1 - glossiness, and Ks scaled to the specular colour.
+//! opaque or invisible. KHR_materials_unlit: the colour c alone. The mean of the occlusion texture
+//! dims Ka. Textures of normals and emission are left out with a warning, the last with the
+//! emission that they limit. KHR_materials_pbrSpecularGlossiness: c = E(diffuse), m = 0, r = 1 -
+//! glossiness, and Ks scaled to the specular colour.
 //!
 //! Source: glTF 2.0 Specification, section 3.9 (Materials).
 

@@ -1,9 +1,9 @@
 //! Nodes of a glTF file: the tree, with transforms, cameras and lights.
 //!
 //! In: the JSON. Out: nodes with their parents, each at most one, and an order in which parents come
-//! first; a cycle is refused, a second parent left out with a warning. Lights: the renderer adds the numbers that pixels
-//! have (`material`), so a light's strength is encoded as well, with the square root for the gamma
-//! of about 2: sqrt(k / d^2) = sqrt(k) / d.
+//! first; a cycle is refused, a second parent left out with a warning. Lights: the renderer adds
+//! the numbers that pixels have (`material`), so a light's strength is encoded as well, with the
+//! square root for the gamma of about 2: sqrt(k / d^2) = sqrt(k) / d.
 //!
 //! ```text
 //! strength = sqrt(color * intensity / pi), and for points and spots 1 / d of it at the distance d

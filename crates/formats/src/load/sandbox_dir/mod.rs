@@ -167,9 +167,9 @@ impl SandboxDir {
         }
     }
 
-    /// Returns the name of a file that differs from `name` in the case of letters alone: in each folder
-    /// the first by name, of those that are not spelled like it. `None` if there is none, or `name` is
-    /// not the name of a file inside.
+    /// Returns the name of a file that differs from `name` in the case of letters alone: in each
+    /// folder the first by name, of those that are not spelled like it. `None` if there is none, or
+    /// `name` is not the name of a file inside.
     pub fn other_case(&self, name: &str) -> Option<String> {
         /// Most entries of a folder that are looked at.
         const MOST: usize = 10_000;

@@ -1,10 +1,10 @@
 //! STL as text: keywords and numbers, wherever lines end.
 //!
 //! In: the bytes of a text. Out: facets, and the defects that were passed over. Programs differ in
-//! case, line ends and indentation, write a whole file in one line, join or part keywords (`outerloop`,
-//! `end loop`), and leave out `endsolid`; so the text is read word by word, and a keyword alone ends
-//! what was before it. Normals are not read at all: some are `nan` or `-1.#IND`. The name after
-//! `solid` and `endsolid` goes to the end of the line, or to `facet normal`.
+//! case, line ends and indentation, write a whole file in one line, join or part keywords
+//! (`outerloop`, `end loop`), and leave out `endsolid`; so the text is read word by word, and a
+//! keyword alone ends what was before it. Normals are not read at all: some are `nan` or `-1.#IND`.
+//! The name after `solid` and `endsolid` goes to the end of the line, or to `facet normal`.
 
 use super::Facets;
 use crate::load::defects::{Defects, earliest};

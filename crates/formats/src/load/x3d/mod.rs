@@ -10,8 +10,9 @@
 //! prototypes that contain themselves; sizes over the limits. Warnings: unknown nodes and fields (the
 //! children of an unknown grouping node are shown), text among elements, misplaced nodes, wrong counts
 //! of numbers, faces and lines with indices out of range (one warning a file), USE before its DEF or
-//! without one, ROUTEs between missing fields, shapes without extent; files of Inlines and prototypes that cannot be found, are outside the root, or
-//! have an error other than a cycle or a size.
+//! without one, ROUTEs between missing fields, shapes without extent; files of Inlines and
+//! prototypes that cannot be found, are outside the root, or have an error other than a cycle or a
+//! size.
 //!
 //! The expected result for each family of nodes is in the head of its module, with the clause of
 //! ISO/IEC 19775-1: `proto` and `instance` (prototypes), `units`, `flatten` (groups, lights,

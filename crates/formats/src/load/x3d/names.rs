@@ -2,9 +2,9 @@
 //!
 //! A name refers to the last node that was given it before its use, in the same scope: a file, or
 //! the body of a prototype (ISO/IEC 19775-1 clauses 4.4.3 and 4.4.4.2). Beyond the standard: in a file
-//! without such a node to the first one after it, with a warning; one without any is skipped. The field is the one in
-//! containerField, if the parent has it and it takes nodes of this kind; else the node's default
-//! field (ISO/IEC 19776-1 clause 4.3.4).
+//! without such a node to the first one after it, with a warning; one without any is skipped. The
+//! field is the one in containerField, if the parent has it and it takes nodes of this kind; else
+//! the node's default field (ISO/IEC 19776-1 clause 4.3.4).
 
 use super::build::{Builder, File};
 use super::graph::{Child, NodeId};
@@ -176,7 +176,8 @@ impl<'d> Builder<'d, '_> {
         typed
     }
 
-    /// Returns the node of a DEF that comes after its USE, which is built here; `None` if there is none.
+    /// Returns the node of a DEF that comes after its USE, which is built here; `None` if there is
+    /// none.
     fn used_early(
         &mut self,
         file: &mut File<'d>,
