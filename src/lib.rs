@@ -152,7 +152,7 @@
 //!
 //! Modules that only the program needs are public, but hidden here and free to change. Cargo keeps
 //! the order of the crates, `tests/cli/layers.rs` that of the parts inside them.
-#![deny(unsafe_code)]
+#![forbid(unsafe_code)]
 #![deny(missing_docs)]
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]

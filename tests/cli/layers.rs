@@ -7,7 +7,7 @@
 mod lists;
 mod reader;
 
-use lists::{Edges, PLACES};
+use lists::{CIRCLES, Edges, PLACES};
 use reader::{Import, imports, reexports};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -157,6 +157,62 @@ fn every_import_is_listed_and_every_listed_one_is_used() {
     let (complaints, seen) = compare(&sources(), PLACES);
     assert!(seen > 800, "the test found only {seen} imports: it no longer reads them");
     assert!(complaints.is_empty(), "{}", complaints.join("\n"));
+}
+
+/// Returns what a file imports, itself or by others.
+fn reach<'a>(
+    edges: &BTreeMap<&'a [String], BTreeSet<&'a [String]>>,
+    from: &'a [String],
+) -> BTreeSet<&'a [String]> {
+    let (mut found, mut open) = (BTreeSet::new(), vec![from]);
+    while let Some(at) = open.pop() {
+        open.extend(edges.get(at).into_iter().flatten().copied().filter(|to| found.insert(*to)));
+    }
+    found
+}
+
+/// Returns the groups of files that import each other in a circle, the files of a group in order. A
+/// module and what it contains, and the crates' roots, do not count.
+fn circles(sources: &[Source]) -> BTreeSet<String> {
+    let files: BTreeMap<Vec<String>, &Source> =
+        sources.iter().filter(|s| !s.is_test() && s.module().len() > 1).map(|s| (s.module(), s)).collect();
+    let mut edges: BTreeMap<&[String], BTreeSet<&[String]>> = BTreeMap::new();
+    for (module, source) in &files {
+        for Import { path, .. } in imports(&source.text, module) {
+            let target = (2..=path.len()).rev().find_map(|n| files.get_key_value(&path[..n]));
+            let Some((target, _)) = target else { continue };
+            if !target.starts_with(module) && !module.starts_with(target) {
+                edges.entry(module).or_default().insert(target);
+            }
+        }
+    }
+    let reached: BTreeMap<&[String], BTreeSet<&[String]>> =
+        edges.keys().map(|at| (*at, reach(&edges, at))).collect();
+    let meet = |a: &[String], b: &[String]| reached.get(a).is_some_and(|found| found.contains(b));
+    let group = |at: &[String]| {
+        let all = reached.keys().filter(|to| **to == at || meet(at, to) && meet(to, at));
+        all.map(|module| module.join("::")).collect::<Vec<_>>()
+    };
+    reached.keys().filter(|at| meet(at, at)).map(|at| group(at).join(" ")).collect()
+}
+
+#[test]
+fn files_that_import_each_other_are_named_with_their_reason() {
+    let found = circles(&sources());
+    let named: BTreeSet<String> = CIRCLES.iter().map(|(files, _)| files.join(" ")).collect();
+    let new: Vec<&String> = found.difference(&named).collect();
+    let gone: Vec<&String> = named.difference(&found).collect();
+    assert!(new.is_empty() && gone.is_empty(), "not named: {new:#?}\nno circle any more: {gone:#?}");
+    assert!(CIRCLES.iter().all(|(_, reason)| reason.len() > 20));
+    let source = |file: &str, text: &str| Source { file: file.into(), text: text.to_owned() };
+    let sources = [
+        source("core/src/lib.rs", "pub mod a;"),
+        source("core/src/a.rs", "use crate::b::X;\nuse crate::c;"),
+        source("core/src/b/mod.rs", "mod deep;\nuse crate::a;"),
+        source("core/src/b/deep.rs", "use super::Y;"),
+        source("core/src/c.rs", "use crate::b::deep;"),
+    ];
+    assert_eq!(circles(&sources), BTreeSet::from(["core::a core::b".to_owned()]));
 }
 
 #[test]

@@ -295,3 +295,107 @@ const PIPELINE: Edges = &[
         ],
     ),
 ];
+
+/// Files that import each other in a circle, and why they may.
+pub const CIRCLES: &[(&[&str], &str)] = &[
+    (
+        &[
+            "command::arguments",
+            "command::codec",
+            "command::commands",
+            "command::encode",
+            "command::table",
+            "command::verb",
+        ],
+        "a row of the table makes the enums, their codec and parsers out of the arguments, and `verb` and `encode` look rows up",
+    ),
+    (
+        &["command::decoder", "command::long_line"],
+        "a long line is a state of the decoder and counts its payload as framing does",
+    ),
+    (
+        &[
+            "core::math::coverage::edge_walk",
+            "core::math::coverage::exact_int",
+            "core::math::coverage::far_edge_walk",
+        ],
+        "the type of the integers chooses the walk, and both walks are generic over it",
+    ),
+    (
+        &["desktop::fbdev::device", "desktop::fbdev::sysfs"],
+        "a device owns the thread of its files in sysfs, which reads and sets its words",
+    ),
+    (
+        &["engine::engine::dispatch", "engine::engine::job"],
+        "the door hands jobs out, and a job is guarded against defects as the door guards requests",
+    ),
+    (
+        &["formats::load::gltf::mesh", "formats::load::gltf::pose"],
+        "a primitive keeps its pose, and a pose reads attributes as primitives do",
+    ),
+    (
+        &[
+            "formats::load::mesh",
+            "formats::load::obj",
+            "formats::load::ply",
+            "formats::load::side_files",
+            "formats::load::stl",
+        ],
+        "a mesh file is read by its format's reader, and the readers share the types of `mesh` and OBJ's opener of side files",
+    ),
+    (
+        &["formats::load::x3d::appearance", "formats::load::x3d::stages"],
+        "a texture is a stage of a multi-texture, and a stage maps its own texture",
+    ),
+    (
+        &[
+            "formats::load::x3d::build",
+            "formats::load::x3d::external_refs",
+            "formats::load::x3d::instance",
+            "formats::load::x3d::names",
+            "formats::load::x3d::proto",
+            "formats::load::x3d::remarks",
+            "formats::load::x3d::texture",
+            "formats::load::x3d::unusable",
+            "formats::load::x3d::validate",
+        ],
+        "building is recursive: a prototype's instance or a file of Inline is built as a document is, and each part leaves remarks",
+    ),
+    (
+        &[
+            "formats::load::x3d::graph",
+            "formats::load::x3d::interpolate",
+            "formats::load::x3d::route",
+            "formats::load::x3d::time",
+        ],
+        "the graph keeps its routes, and what routes run reads the graph",
+    ),
+    (
+        &["lab::bench::check", "lab::bench::frame"],
+        "a frame is checked before it is timed, against a picture of the same background",
+    ),
+    (
+        &["lab::coverage", "lab::coverage_drawn"],
+        "two halves of one experiment: the corners of the one are drawn by the other",
+    ),
+    (
+        &["lab::pictures", "lab::report", "lab::stages"],
+        "the report runs the experiments, and that of pictures is a section of it",
+    ),
+    (
+        &["server::transport::inline_reader", "server::transport::poll"],
+        "two threads read one set of sockets, and each knows the other's marks",
+    ),
+    (
+        &["server::transport::listen", "server::transport::unix"],
+        "a listener opens a socket file, which is a kind of listener",
+    ),
+    (
+        &["server::web::commands", "server::web::socket"],
+        "a socket sends commands on, and their replies come back to it",
+    ),
+    (
+        &["truth::face", "truth::fragment", "truth::lines", "truth::picture", "truth::render"],
+        "a picture is drawn face by face into fragments that it keeps; they share its types",
+    ),
+];
