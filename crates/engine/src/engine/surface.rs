@@ -16,6 +16,7 @@ use fbptr_command::{Command, Reach, Verb};
 use fbptr_core::draw2d::{self, Rect};
 use fbptr_core::error::Code;
 use fbptr_core::memory::{MemoryUse, Rgba};
+use fbptr_core::scene::HiddenSurface;
 
 /// Returns the reach of a verb.
 fn reach_of(verb: &str) -> Reach {
@@ -91,6 +92,16 @@ impl Engine {
             }
             made => made,
         }
+    }
+
+    /// Reserves memory for the depth and pick buffers that a draw will allocate. Those of a canvas are
+    /// resources of its connection.
+    pub(super) fn reserve_target(&mut self, s: &mut Session, hide: HiddenSurface) -> Result<(), Fault> {
+        if s.surfaces.has_target() {
+            s.surfaces.check_draw(&self.framebuffer, hide, s.names.size_bytes(), &self.quotas.limits)?;
+            self.with_room(|_| s.surfaces.reserve_draw())?;
+        }
+        self.with_room(|engine| engine.framebuffer.reserve_target(hide))
     }
 
     pub(super) fn set_target(&mut self, s: &mut Session, name: Option<String>) -> Result<(), Fault> {
