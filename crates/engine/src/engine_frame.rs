@@ -6,7 +6,8 @@
 
 use fbptr_core::error::Fault;
 use fbptr_core::memory::{
-    DepthFormat, DepthMemory, MemoryBudget, MemoryUse, OverBudget, PickBuffer, Reservation, VideoMemory,
+    DepthFormat, DepthMemory, MemoryBudget, MemoryError, MemoryUse, OverBudget, PickBuffer, Reservation,
+    VideoMemory,
 };
 use fbptr_core::pipeline::Target;
 use fbptr_core::scene::{HiddenSurface, Object, Scene};
@@ -55,11 +56,26 @@ struct IdNames {
 impl EngineFrame {
     /// Creates a cleared frame, whose memory is counted as of this use.
     pub fn new(width: u32, height: u32, budget: &MemoryBudget, of_use: MemoryUse) -> Result<Self, Fault> {
+        Self::of(VideoMemory::new, [width, height], budget, of_use)
+    }
+
+    /// Creates a transparent canvas. None of its pixels is touched, however many there are.
+    pub fn canvas(size: [u32; 2], budget: &MemoryBudget) -> Result<Self, Fault> {
+        Self::of(VideoMemory::transparent, size, budget, MemoryUse::Resources)
+    }
+
+    /// Creates a frame with the memory that `make` returns, once it is reserved.
+    fn of(
+        make: fn(u32, u32) -> Result<VideoMemory, MemoryError>,
+        [width, height]: [u32; 2],
+        budget: &MemoryBudget,
+        of_use: MemoryUse,
+    ) -> Result<Self, Fault> {
         let empty = || budget.empty(of_use);
         let mut frame_held = empty();
         frame_held.try_grow(u64::from(width) * u64::from(height) * 4)?;
         Ok(EngineFrame {
-            memory: VideoMemory::new(width, height)?,
+            memory: make(width, height)?,
             depth: None,
             depth_format: DepthFormat::default(),
             ids: None,

@@ -7,6 +7,7 @@
 
 use super::Limits;
 use super::engine_frame::EngineFrame;
+use super::resources::let_go;
 use fbptr_core::draw2d::Rect;
 use fbptr_core::error::{Code, Fault};
 use fbptr_core::memory::{MemoryBudget, MemoryUse, OverBudget, Reservation, VideoMemory};
@@ -100,9 +101,10 @@ impl Surfaces {
             return Err(Fault::new(Code::Quota, message).got(name));
         }
         let held = budget.try_reserve(MemoryUse::Resources, fixed)?;
-        let mut frame = Box::new(EngineFrame::new(width, height, budget, MemoryUse::Resources)?);
-        frame.memory.clear([0; 4]);
-        self.canvases.insert(name, Canvas { frame, held });
+        let frame = Box::new(EngineFrame::canvas([width, height], budget)?);
+        if let Some(old) = self.canvases.insert(name, Canvas { frame, held }) {
+            old.let_go();
+        }
         Ok(())
     }
 
@@ -162,7 +164,7 @@ impl Surfaces {
         if self.is_target(name) {
             self.target = None;
         }
-        self.canvases.remove(name).is_some()
+        self.canvases.remove(name).map(Canvas::let_go).is_some()
     }
 }
 
@@ -170,6 +172,12 @@ impl Canvas {
     /// Returns the bytes that are counted for it.
     fn bytes(&self) -> u64 {
         self.held.bytes() + self.frame.held_bytes()
+    }
+
+    /// Drops it, beside this thread if that takes long.
+    fn let_go(self) {
+        let bytes = self.bytes();
+        let_go(self, bytes);
     }
 }
 
