@@ -53,3 +53,31 @@ fn canvases_are_counted_with_their_small_blocks() {
         );
     }
 }
+
+/// Returns the bytes of the process that are resident.
+#[cfg(target_os = "linux")]
+fn resident() -> u64 {
+    let statm = std::fs::read_to_string("/proc/self/statm").expect("Linux has it");
+    let pages: u64 = statm.split(' ').nth(1).and_then(|word| word.parse().ok()).expect("a number");
+    pages * 4096
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_large_canvas_touches_none_of_its_pixels_when_it_is_made() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut engine = Engine::new(16, 16).expect("a small frame");
+    let mut stream = Stream::new(&engine, 1, Audience::Owner);
+    let mut run = |commands: &str| {
+        let mut out = Output::default();
+        let (used, _) = stream.feed(&mut engine, commands.as_bytes(), &mut out, Budget::NONE);
+        assert_eq!(used, commands.len());
+        out.replies
+    };
+    let before = resident();
+    // 400 MB, of which one pixel is read.
+    let pixel = run("CANVAS k 10000 10000\nTARGET k\nREAD 9999 9999 1 1\n");
+    assert!(pixel.ends_with(&[0; 4]), "{pixel:?}");
+    let more = resident().saturating_sub(before);
+    assert!(more < 20 << 20, "{more} bytes are resident");
+}
