@@ -105,6 +105,10 @@ impl Shared {
         let mut state = self.state();
         loop {
             if let Some(next) = state.queue.next(Instant::now()) {
+                if state.queue.waiting() > 0 {
+                    // Another thread looks after the others.
+                    self.changed.notify_one();
+                }
                 return Some(next);
             }
             if state.has_ended && state.queue.waiting() == 0 {
