@@ -177,7 +177,10 @@ fn decoded<'a>(
 /// The textures of the materials read so far, by what they are made of, with the warnings that each
 /// gave: materials that name the same pictures share one texture.
 #[derive(Default)]
-struct Textures(HashMap<TextureKey, (Option<Arc<Texture>>, Vec<(Channel, String)>)>);
+struct Textures(HashMap<TextureKey, NotedTexture>);
+
+/// A texture, if there is one, and the warnings that it gave.
+type NotedTexture = (Option<Arc<Texture>>, Vec<(Channel, String)>);
 
 /// What a texture is made of: a folder, the picture of its colours and that of its opacity there, and
 /// whether it is clamped.
@@ -226,7 +229,7 @@ fn read_texture(
     side_files: &mut SideFiles<'_>,
     file_name: &str,
     memory: &mut LoadMemory,
-) -> Result<(Option<Arc<Texture>>, Vec<(Channel, String)>), LoadError> {
+) -> Result<NotedTexture, LoadError> {
     let mut notes = Vec::new();
     let mut read = |name: &Option<String>, channel: Channel| {
         let Some(name) = name else { return Ok(None) };
