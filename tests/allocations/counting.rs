@@ -26,6 +26,16 @@ fn note_here(bytes: isize) {
     });
 }
 
+/// Counts a call, and the bytes that it allocates.
+fn count(layout: Layout) {
+    if IS_COUNTED.try_with(Cell::get).unwrap_or(false) {
+        CALLS.fetch_add(1, Relaxed);
+    }
+    let held = HELD.fetch_add(layout.size() as isize, Relaxed) + layout.size() as isize;
+    PEAK.fetch_max(held, Relaxed);
+    note_here(layout.size() as isize);
+}
+
 /// Bytes held by all threads.
 pub static HELD: AtomicIsize = AtomicIsize::new(0);
 /// Maximum of [`HELD`] since [`most_held`] began.
@@ -35,14 +45,14 @@ static PEAK: AtomicIsize = AtomicIsize::new(0);
 // SAFETY: every call is passed unchanged to the system's allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        if IS_COUNTED.try_with(Cell::get).unwrap_or(false) {
-            CALLS.fetch_add(1, Relaxed);
-        }
-        let held = HELD.fetch_add(layout.size() as isize, Relaxed) + layout.size() as isize;
-        PEAK.fetch_max(held, Relaxed);
-        note_here(layout.size() as isize);
+        count(layout);
         // SAFETY: the caller's guarantees are those that the system allocator asks for.
         unsafe { System.alloc(layout) }
+    }
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        count(layout);
+        // SAFETY: the caller's guarantees are those that the system allocator asks for.
+        unsafe { System.alloc_zeroed(layout) }
     }
     unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
         HELD.fetch_sub(layout.size() as isize, Relaxed);

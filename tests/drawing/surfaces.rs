@@ -205,3 +205,33 @@ fn canvases_are_bounded_and_given_back() {
     drop(stream);
     assert!(engine.memory_budget().used() < idle + 20_000);
 }
+
+#[test]
+fn depths_and_faces_of_a_canvas_are_within_the_limit_of_its_connection() {
+    let limits = Limits { resource_bytes: 100_000, ..Limits::default() };
+    let mut engine = Engine::with_limits(16, 16, limits).expect("a small frame");
+    let mut stream = Stream::new(&engine, 1, Audience::Connection);
+    let mut ask = |commands: &str| {
+        let mut out = Output::default();
+        let _ = stream.feed(&mut engine, commands.as_bytes(), &mut out, Budget::NONE);
+        String::from_utf8(out.replies).expect("text")
+    };
+    let bytes = |stats: String| {
+        let word = stats.split(" resource_bytes=").nth(1).and_then(|rest| rest.split(' ').next());
+        word.and_then(|word| word.parse::<u64>().ok()).unwrap_or_else(|| panic!("{stats}"))
+    };
+    let before = bytes(ask("ERRORS report\nMESH m BOX 1 1 1\nSTATS\n"));
+    // 4 bytes of colours, 4 of depth and 8 of a face's number a pixel.
+    let made = bytes(ask("CANVAS c 100 100\nTARGET c\nSTATS\n"));
+    assert!((before + 40_000..before + 42_000).contains(&made), "{before} {made}");
+    let refused = ask("DRAW m\n");
+    assert!(refused.contains("EQUOTA DRAW") && refused.lines().count() == 1, "{refused}");
+    assert_eq!(ask("FREE c\nCANVAS c 60 60\nTARGET c\nDRAW m\n"), "");
+    let drawn = bytes(ask("STATS\n"));
+    assert!((before + 57_600..before + 62_000).contains(&drawn), "{before} {drawn}");
+    // What the canvases take is not left for meshes.
+    let refused = ask("MESH n SPHERE\n");
+    assert!(refused.contains("EQUOTA MESH"), "{refused}");
+    assert_eq!(bytes(ask("FREE c\nSTATS\n")), before);
+    assert_eq!(ask("DRAW m\n"), "", "the frame has no such limit");
+}

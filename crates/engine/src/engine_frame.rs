@@ -6,7 +6,8 @@
 
 use fbptr_core::error::Fault;
 use fbptr_core::memory::{
-    DepthFormat, DepthMemory, MemoryBudget, MemoryUse, OverBudget, PickBuffer, Reservation, VideoMemory,
+    DepthFormat, DepthMemory, MemoryBudget, MemoryError, MemoryUse, OverBudget, PickBuffer, Reservation,
+    VideoMemory,
 };
 use fbptr_core::pipeline::Target;
 use fbptr_core::scene::{HiddenSurface, Object, Scene};
@@ -16,6 +17,10 @@ use std::sync::Arc;
 
 /// Memory of a name in the tables of object names, in bytes without its letters.
 const NAME_BYTES: u64 = 96;
+
+/// Bytes that a block of pixels, depths or numbers of faces takes beside them: its begin and its end
+/// are rounded to cache lines.
+const BLOCK_BYTES: u64 = 128;
 
 /// Number of names at which those that no pixel refers to are removed.
 const MAX_ID_NAMES: usize = 1 << 16;
@@ -51,11 +56,26 @@ struct IdNames {
 impl EngineFrame {
     /// Creates a cleared frame, whose memory is counted as of this use.
     pub fn new(width: u32, height: u32, budget: &MemoryBudget, of_use: MemoryUse) -> Result<Self, Fault> {
+        Self::of(VideoMemory::new, [width, height], budget, of_use)
+    }
+
+    /// Creates a transparent canvas. None of its pixels is touched, however many there are.
+    pub fn canvas(size: [u32; 2], budget: &MemoryBudget) -> Result<Self, Fault> {
+        Self::of(VideoMemory::transparent, size, budget, MemoryUse::Resources)
+    }
+
+    /// Creates a frame with the memory that `make` returns, once it is reserved.
+    fn of(
+        make: fn(u32, u32) -> Result<VideoMemory, MemoryError>,
+        [width, height]: [u32; 2],
+        budget: &MemoryBudget,
+        of_use: MemoryUse,
+    ) -> Result<Self, Fault> {
         let empty = || budget.empty(of_use);
         let mut frame_held = empty();
         frame_held.try_grow(u64::from(width) * u64::from(height) * 4)?;
         Ok(EngineFrame {
-            memory: VideoMemory::new(width, height)?,
+            memory: make(width, height)?,
             depth: None,
             depth_format: DepthFormat::default(),
             ids: None,
@@ -67,9 +87,15 @@ impl EngineFrame {
         })
     }
 
-    /// Returns the number of bytes reserved for pixels, depths and pick buffer.
+    /// Bytes of a frame without its pixels: of many small frames they are more than the pixels.
+    pub const FIXED_BYTES: u64 = size_of::<EngineFrame>() as u64 + BLOCK_BYTES;
+    /// Bytes of depth buffer, pick buffer and table of names without what they hold.
+    pub const FIXED_TARGET_BYTES: u64 = 3 * BLOCK_BYTES;
+
+    /// Returns the number of bytes reserved for pixels, depths, pick buffer and names.
     pub fn held_bytes(&self) -> u64 {
-        self.frame_held.bytes() + self.depth_held.bytes() + self.ids_held.bytes()
+        let held = [&self.frame_held, &self.depth_held, &self.ids_held, &self.names_held];
+        held.into_iter().map(Reservation::bytes).sum()
     }
 
     /// Returns the width in pixels.
@@ -112,17 +138,27 @@ impl EngineFrame {
         }
     }
 
+    /// Returns the bytes of the depth and pick buffers that a draw will allocate; zero for one that
+    /// exists or is not needed.
+    fn target_bytes(&self, hide: HiddenSurface) -> [u64; 2] {
+        let needs_depth = self.depth.is_none() && hide == HiddenSurface::ZBuffer;
+        // Each row has one word of cells whose clear is pending.
+        let cells = self.area() * self.depth_format.bytes_per_pixel() as u64 + u64::from(self.height()) * 16;
+        let ids = PickBuffer::bytes_for(self.width(), self.height());
+        [if needs_depth { cells } else { 0 }, if self.ids.is_none() { ids } else { 0 }]
+    }
+
+    /// Returns the bytes that [`Self::reserve_target`] will reserve.
+    pub fn lacking_target_bytes(&self, hide: HiddenSurface) -> u64 {
+        let [depth, ids] = self.target_bytes(hide);
+        depth.saturating_sub(self.depth_held.bytes()) + ids.saturating_sub(self.ids_held.bytes())
+    }
+
     /// Reserves memory for the depth and pick buffers that a draw will allocate.
     pub fn reserve_target(&mut self, hide: HiddenSurface) -> Result<(), OverBudget> {
-        if self.ids.is_none() {
-            self.ids_held.try_cover(PickBuffer::bytes_for(self.width(), self.height()))?;
-        }
-        if self.depth.is_none() && hide == HiddenSurface::ZBuffer {
-            // Each row has one word of cells whose clear is pending.
-            let cells = self.area() * self.depth_format.bytes_per_pixel() as u64;
-            self.depth_held.try_cover(cells + u64::from(self.height()) * 16)?;
-        }
-        Ok(())
+        let [depth, ids] = self.target_bytes(hide);
+        self.ids_held.try_cover(ids)?;
+        self.depth_held.try_cover(depth)
     }
 
     /// Sets the reservations to the sizes of the depth and pick buffers.

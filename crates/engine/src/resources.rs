@@ -9,7 +9,7 @@ use fbptr_core::eye::{self, EyeScene};
 use fbptr_core::memory::{Reservation, Rgba};
 use fbptr_core::scene::{Geometry, Texture};
 use fbptr_formats::load::x3d::X3dDocument;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, OnceLock};
 
 /// A named object that commands create and use.
@@ -104,8 +104,10 @@ impl Resource {
     pub fn size_bytes(&self) -> u64 {
         let size = match self {
             Resource::Mesh(g) => {
-                let textures = g.textures.iter().flatten().map(|t| t.size_bytes()).sum::<usize>();
-                g.mesh.size_bytes() + textures
+                // Materials that name the same picture share its texture.
+                let mut counted = HashSet::new();
+                let textures = g.textures.iter().flatten().filter(|t| counted.insert(Arc::as_ptr(t)));
+                g.mesh.size_bytes() + textures.map(|t| t.size_bytes()).sum::<usize>()
             }
             Resource::Texture(t) => t.size_bytes(),
             Resource::Eye(e) => e.size_bytes(),
@@ -229,7 +231,7 @@ impl Drop for ResourceTable {
 const LARGE_BYTES: u64 = 16 << 20;
 
 /// Drops a resource that has lost its name, on a thread of its own if that takes long.
-fn let_go<T: Send + 'static>(what: T, bytes: u64) {
+pub(crate) fn let_go<T: Send + 'static>(what: T, bytes: u64) {
     if bytes >= LARGE_BYTES {
         // If no thread can be started, it is dropped here, with the closure.
         let _ = std::thread::Builder::new().name("fbptr-free".into()).spawn(move || drop(what));

@@ -11,7 +11,8 @@
 //! - A command uses the shared resources that its names stand for when it takes effect. If a job
 //!   has used one that was redefined meanwhile, it is run again.
 //! - A small job (`is_small`: some 100 us, judged by its inputs) runs on the render thread at once.
-//! - At most [`MAX_THREADS`] jobs run at a time, on threads that are started when first needed.
+//! - Jobs run on threads that are started when first needed, up to [`queue::MOST`]; `queue` says which
+//!   is next, and how many at a time: connections share the threads by time.
 //!   Each connection has at most one in the queue, and its inputs are within the payload limit.
 //!   Memory for all of them is reserved from a budget before the inputs are captured.
 //! - A job that exceeds the time limit ([`super::Limits::command_time`], counted from when it
@@ -21,19 +22,17 @@
 //! An error here would show as a reply out of order, or as a recording whose replay draws other
 //! bytes (`tests/serving/fairness.rs`).
 
+mod queue;
+
 use super::message::{Id, Message};
-use crossbeam_channel::{Receiver, Sender, unbounded};
+use crossbeam_channel::Sender;
 use fbptr_core::cancel::CancelToken;
 use fbptr_core::error::{Code, Fault};
 use fbptr_engine::engine::{Job, JobResult};
 use fbptr_engine::workers::DRAW_STACK_BYTES;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, OnceLock};
+use queue::Queue;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
-
-/// Number of jobs that run at a time: more than a small machine has cores, so that long jobs of a
-/// few clients leave room for those of others.
-const MAX_THREADS: usize = 4;
 
 /// A connection's handle on a submitted job.
 #[derive(Clone, Debug)]
@@ -74,27 +73,75 @@ impl Ticket {
 }
 
 struct Task {
-    connection: Id,
     ticket: Ticket,
     job: Job,
 }
 
+/// What the threads share.
+#[derive(Default)]
+struct Shared {
+    state: Mutex<State>,
+    /// Signals the threads that a job was added or has ended, or that the pool was dropped.
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct State {
+    queue: Queue<Task>,
+    /// Number of threads that wait for a job.
+    idle: usize,
+    /// Set once the pool was dropped.
+    has_ended: bool,
+}
+
+impl Shared {
+    /// Returns the state. The threads hold plain lists, so any state of them is valid.
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Waits for the job that begins next; `None` once the pool was dropped and no job waits.
+    fn next(&self) -> Option<(Id, Task)> {
+        let mut state = self.state();
+        loop {
+            if let Some(next) = state.queue.next(Instant::now()) {
+                if state.queue.waiting() > 0 {
+                    // Another thread looks after the others.
+                    self.changed.notify_one();
+                }
+                return Some(next);
+            }
+            if state.has_ended && state.queue.waiting() == 0 {
+                return None;
+            }
+            // A job that may not begin yet may do so once those that run are long ones.
+            let time = if state.queue.waiting() > 0 { queue::LONG } else { Duration::from_secs(3600) };
+            state.idle += 1;
+            let waited = self.changed.wait_timeout(state, time);
+            state = waited.unwrap_or_else(PoisonError::into_inner).0;
+            state.idle -= 1;
+        }
+    }
+
+    /// Counts the job of a connection as ended.
+    fn end(&self, connection: Id) {
+        self.state().queue.end(connection, Instant::now());
+        self.changed.notify_one();
+    }
+}
+
 /// The worker threads. When the pool is dropped, they end after the jobs that are queued.
 pub(crate) struct JobPool {
-    queue: Sender<Task>,
-    tasks: Receiver<Task>,
+    shared: Arc<Shared>,
     messages: Sender<Message>,
     threads: usize,
-    /// Number of tasks that are queued or running.
-    unfinished: Arc<AtomicUsize>,
     next: u64,
 }
 
 impl JobPool {
     /// Creates a pool without threads, whose workers will send results to `messages`.
     pub fn new(messages: Sender<Message>) -> Self {
-        let (queue, tasks) = unbounded();
-        JobPool { queue, tasks, messages, threads: 0, unfinished: Arc::default(), next: 0 }
+        JobPool { shared: Arc::default(), messages, threads: 0, next: 0 }
     }
 
     /// Submits a job to the workers. One that takes longer than `limit` is given up, whether or not
@@ -103,30 +150,29 @@ impl JobPool {
     /// # Errors
     /// Returns the job if the system has no thread to give.
     pub fn submit(&mut self, connection: Id, job: Job, limit: Option<Duration>) -> Result<Ticket, Job> {
-        let busy = self.unfinished.fetch_add(1, Ordering::Relaxed);
-        if busy >= self.threads && self.threads < MAX_THREADS && self.start_thread().is_ok() {
+        let needs_thread = {
+            let state = self.shared.state();
+            state.queue.waiting() >= state.idle
+        };
+        if needs_thread && self.threads < queue::MOST && self.start_thread().is_ok() {
             self.threads += 1;
         }
         if self.threads == 0 {
-            self.unfinished.fetch_sub(1, Ordering::Relaxed);
             return Err(job);
         }
         self.next += 1;
         let ticket = Ticket { number: self.next, cancel: CancelToken::new(), begun: Arc::default(), limit };
-        match self.queue.send(Task { connection, ticket: ticket.clone(), job }) {
-            Ok(()) => Ok(ticket),
-            // Unreachable: the pool holds a receiver itself.
-            Err(refused) => Err(refused.into_inner().job),
-        }
+        self.shared.state().queue.push(connection, Task { ticket: ticket.clone(), job });
+        self.shared.changed.notify_one();
+        Ok(ticket)
     }
 
     fn start_thread(&self) -> std::io::Result<()> {
-        let (tasks, messages, unfinished) =
-            (self.tasks.clone(), self.messages.clone(), self.unfinished.clone());
+        let (shared, messages) = (self.shared.clone(), self.messages.clone());
         let work = move || {
-            for Task { connection, ticket, job } in tasks {
+            while let Some((connection, Task { ticket, job })) = shared.next() {
                 if ticket.cancel.is_cancelled() {
-                    unfinished.fetch_sub(1, Ordering::Relaxed);
+                    shared.end(connection);
                     continue;
                 }
                 let _ = ticket.begun.set(Instant::now());
@@ -134,7 +180,7 @@ impl JobPool {
                 if ticket.until().is_some_and(|until| Instant::now() > until) {
                     result = ticket.given_up();
                 }
-                unfinished.fetch_sub(1, Ordering::Relaxed);
+                shared.end(connection);
                 // The result of a cancelled job is dropped here, since no connection waits for it;
                 // that is also the case if the render thread has ended.
                 if !ticket.cancel.is_cancelled() {
@@ -147,5 +193,12 @@ impl JobPool {
             .stack_size(DRAW_STACK_BYTES)
             .spawn(work)
             .map(drop)
+    }
+}
+
+impl Drop for JobPool {
+    fn drop(&mut self) {
+        self.shared.state().has_ended = true;
+        self.shared.changed.notify_all();
     }
 }

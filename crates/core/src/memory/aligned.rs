@@ -22,12 +22,9 @@ impl<T: Copy> Aligned<T> {
     /// Allocates `len` items equal to `value`, or returns `None` if the system has no memory for
     /// them.
     pub fn new(len: usize, value: T) -> Option<Self> {
-        let line = if len.checked_mul(size_of::<T>())? >= LARGE { HUGE_PAGE_BYTES } else { LINE };
-        let slack = line / size_of::<T>();
+        let Room { line, slack, items: room } = Room::of::<T>(len)?;
         let mut items = Vec::new();
-        // The last huge page belongs to this allocation alone.
-        let rounded = len.checked_next_multiple_of(line / size_of::<T>())?;
-        items.try_reserve_exact(rounded.checked_add(slack)?).ok()?;
+        items.try_reserve_exact(room).ok()?;
         if line == HUGE_PAGE_BYTES {
             // Must precede the first store: pages that are already mapped keep their size.
             ask_for_huge_pages(items.spare_capacity_mut());
@@ -35,6 +32,43 @@ impl<T: Copy> Aligned<T> {
         items.resize(len + slack, value);
         let start = items.as_ptr().align_offset(line).min(slack);
         Some(Aligned { items, start, len })
+    }
+
+    /// Allocates `len` items that are zero, or returns `None` if the system has no memory for them.
+    /// Where the system gives zeroed pages on first use, no item is touched, however many there are.
+    pub fn zeroed(len: usize) -> Option<Self>
+    where
+        T: Default,
+    {
+        let Room { line, slack, items: room } = Room::of::<T>(len)?;
+        // `vec!` ends the process if there is no room; so that is asked for first.
+        Vec::<T>::new().try_reserve_exact(room).ok()?;
+        let mut items = vec![T::default(); room];
+        if line == HUGE_PAGE_BYTES {
+            ask_for_huge_pages(&mut items);
+        }
+        let start = items.as_ptr().align_offset(line).min(slack);
+        Some(Aligned { items, start, len })
+    }
+}
+
+/// The size of an allocation, in items, and of the blocks that it is rounded to.
+struct Room {
+    /// Bytes of a block.
+    line: usize,
+    /// Items of a block.
+    slack: usize,
+    items: usize,
+}
+
+impl Room {
+    /// Returns the room for `len` items, or `None` if no memory has so many bytes.
+    fn of<T>(len: usize) -> Option<Room> {
+        let line = if len.checked_mul(size_of::<T>())? >= LARGE { HUGE_PAGE_BYTES } else { LINE };
+        let slack = line / size_of::<T>();
+        // The last huge page belongs to this allocation alone.
+        let items = len.checked_next_multiple_of(slack)?.checked_add(slack)?;
+        Some(Room { line, slack, items })
     }
 }
 
@@ -75,12 +109,16 @@ mod tests {
             assert_eq!((bytes.len(), words.len()), (len, len));
             assert!(bytes.iter().all(|&b| b == 7) && words.iter().all(|&w| w == -3));
             bytes.iter_mut().enumerate().for_each(|(i, b)| *b = i as u8);
+            let zeros = Aligned::<[u32; 2]>::zeroed(len).expect("room");
+            assert!(zeros.len() == len && zeros.iter().all(|&w| w == [0; 2]));
+            assert_eq!(zeros.as_ptr().addr() % LINE, 0);
             let copy = bytes.clone();
             assert_eq!(*copy, *bytes);
             for at in [bytes.as_ptr().addr(), copy.as_ptr().addr(), words.as_ptr().addr()] {
                 assert_eq!(at % LINE, 0);
             }
         }
+        assert!(Aligned::<u8>::zeroed(usize::MAX).is_none() && Aligned::<i32>::zeroed(1 << 61).is_none());
         assert!(Aligned::new(usize::MAX, 0u8).is_none() && Aligned::new(usize::MAX / 2, 0i32).is_none());
     }
 }

@@ -171,11 +171,14 @@ impl DepthMemory {
         let len = width as usize * height as usize;
         let far = format.encode(1.0, 0.0);
         let room = "room for a frame's depths";
+        let mut pending_clear = PendingClear::of_tiles(width, height);
         let words = match format {
             DepthFormat::U16 => Words::Narrow(Aligned::new(len, far as u16).expect(room)),
+            // The first clear is deferred as every other one.
+            _ if pending_clear.add_all() => Words::Wide(Aligned::zeroed(len).expect(room)),
             _ => Words::Wide(Aligned::new(len, far as i32).expect(room)),
         };
-        DepthMemory { width, height, format, words, pending_clear: PendingClear::of_tiles(width, height) }
+        DepthMemory { width, height, format, words, pending_clear }
     }
 
     /// Returns the width in pixels.

@@ -68,8 +68,12 @@ impl PickBuffer {
     /// # Panics
     /// If the system has no memory for it.
     pub fn new(width: u32, height: u32) -> Self {
-        let ids = Aligned::new(width as usize * height as usize, NO_FACE).expect("room for a frame's ids");
-        PickBuffer { width, height, ids, pending_clear: PendingClear::of_strips(width, height) }
+        let ids = Aligned::zeroed(width as usize * height as usize).expect("room for a frame's ids");
+        let mut buffer =
+            PickBuffer { width, height, ids, pending_clear: PendingClear::of_strips(width, height) };
+        // The first clear is deferred as every other one.
+        buffer.clear();
+        buffer
     }
 
     /// Returns the width in pixels.

@@ -117,6 +117,17 @@ impl VideoMemory {
     /// # Errors
     /// If a side is not in 1..=[`MAX_SIDE`], or the system has no memory for the frame.
     pub fn new(width: u32, height: u32) -> Result<Self, MemoryError> {
+        let mut memory = Self::transparent(width, height)?;
+        memory.clear(Self::CLEAR);
+        Ok(memory)
+    }
+
+    /// Allocates a frame of `width` x `height` pixels, all of them zero. No pixel is touched.
+    ///
+    /// # Errors
+    /// Those of [`VideoMemory::new`].
+    #[doc(hidden)]
+    pub fn transparent(width: u32, height: u32) -> Result<Self, MemoryError> {
         let side = 1..=MAX_SIDE;
         if !side.contains(&width) || !side.contains(&height) {
             return Err(MemoryError::BadSize { width, height });
@@ -124,9 +135,9 @@ impl VideoMemory {
         let size = width as u64 * height as u64 * 4;
         let no_room = MemoryError::NoRoom { bytes: size };
         let len = usize::try_from(size).map_err(|_| no_room.clone())?;
-        let bytes = Aligned::new(len, 0).ok_or(no_room)?;
+        let bytes = Aligned::zeroed(len).ok_or(no_room)?;
         let clip = [0..width, 0..height];
-        let mut memory = VideoMemory {
+        Ok(VideoMemory {
             width,
             height,
             bytes,
@@ -134,9 +145,7 @@ impl VideoMemory {
             window: 0..height,
             clip,
             unclipped_columns: width,
-        };
-        memory.clear(Self::CLEAR);
-        Ok(memory)
+        })
     }
 
     /// Creates a frame without pixels, in the place of one that is lent.

@@ -26,7 +26,7 @@ pub const HUGE_PAGE_BYTES: usize = 2 << 20;
 /// Asks the system to back by huge pages those that lie entirely within `block`, which must not
 /// have been written yet. The contents are unaffected; where the system does not support it this
 /// does nothing.
-pub fn ask_for_huge_pages<T>(block: &mut [std::mem::MaybeUninit<T>]) {
+pub fn ask_for_huge_pages<T>(block: &mut [T]) {
     #[cfg(target_os = "linux")]
     {
         use rustix::mm::{Advice, madvise};

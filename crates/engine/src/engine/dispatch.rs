@@ -63,7 +63,7 @@ impl Engine {
         session.has_used_other_verbs |= !request.is_pixelflut();
         self.send(&Event::Received(&request));
         let request = match request {
-            Request::Command(command) if self.may_suspend && self.is_long(session, &command) => {
+            Request::Command(command) if self.may_suspend && self.is_long_on_surface(session, &command) => {
                 match self.begin_in_pieces(session, command) {
                     Ok(pieces) => return Ok(Progress::Pieces(Box::new(pieces))),
                     Err(command) => Request::Command(command),
@@ -87,6 +87,13 @@ impl Engine {
             })
         });
         self.end_request(session, has_begun, result, &[], replies, start)
+    }
+
+    /// Returns whether a command may take long on the target and within the clip rectangle.
+    #[inline]
+    fn is_long_on_surface(&mut self, s: &mut Session, command: &Command) -> bool {
+        let verb = if s.surfaces.are_plain() { "" } else { command.verb() };
+        self.on_surface(s, verb, |engine, s| engine.is_long(s, command))
     }
 
     /// Counts a command that was refused before it could be a request: the decoder could not read it.

@@ -223,7 +223,7 @@ impl Engine {
 
     /// Runs a draw, or leaves it to the stream if that lets it wait for others.
     fn run_drawing(&mut self, s: &mut Session, drawing: Drawing) -> Result<Progress, Fault> {
-        self.with_room(|engine| engine.framebuffer.reserve_target(drawing.hide()))?;
+        self.reserve_target(s, drawing.hide())?;
         if std::mem::take(&mut self.queues_draw) {
             return Ok(Progress::Queued(drawing));
         }

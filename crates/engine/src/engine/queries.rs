@@ -68,7 +68,7 @@ impl Engine {
             self.framebuffer.width(),
             self.framebuffer.height(),
             s.names.len(),
-            s.names.size_bytes(),
+            s.names.size_bytes() + s.surfaces.bytes(),
             self.resources.shared.len(),
             status.shared_resource_bytes,
             status.frame_bytes,

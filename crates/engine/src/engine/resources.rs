@@ -7,9 +7,9 @@ use super::empty_draw;
 use super::files::FileReader;
 use super::job::{Job, JobResult};
 use super::{Effect, Engine, Progress, Resources};
-use crate::Session;
 use crate::resources::{Eye, Resource, ResourceKind, ResourceTable};
 use crate::session::DefaultView;
+use crate::{Limits, Session};
 use fbptr_command::{Command, FileKind, MeshSource, Rect};
 use fbptr_core::cancel::CancelToken;
 use fbptr_core::error::{Code, Fault};
@@ -61,7 +61,16 @@ impl Engine {
         resource: Resource,
         held: Reservation,
     ) -> Result<(), Fault> {
-        self.resources.table_mut(s, name).insert(name, resource, held, &self.quotas.limits)
+        let limits = self.limits_for(s, name);
+        self.resources.table_mut(s, name).insert(name, resource, held, &limits)
+    }
+
+    /// Returns the limits of the table that `name` belongs to: what a connection's canvases take is
+    /// not left for its names.
+    fn limits_for(&self, s: &Session, name: &str) -> Limits {
+        let limits = self.quotas.limits;
+        let canvases = if ResourceTable::is_shared(name) { 0 } else { s.surfaces.bytes() };
+        Limits { resource_bytes: limits.resource_bytes.saturating_sub(canvases), ..limits }
     }
 
     /// Reserves the memory of a job that makes a resource called `name` from `input` bytes: these
@@ -77,7 +86,7 @@ impl Engine {
         if self.quotas.budget.is_tight() {
             self.free_caches();
         }
-        let room = self.resources.table(s, name).room(kind, name, &self.quotas.limits);
+        let room = self.resources.table(s, name).room(kind, name, &self.limits_for(s, name));
         let result = LoadMemory::new(&self.quotas.budget, room);
         let taken_over = s.payload_held.take();
         let mut held = taken_over.unwrap_or_else(|| self.quotas.budget.empty(MemoryUse::Payloads));
@@ -234,7 +243,8 @@ impl Engine {
     fn begin_scene(&mut self, s: &mut Session, new: NewScene) -> Result<(), Fault> {
         self.note_warnings(s, new.document.warnings());
         let resource = Resource::Scene(Arc::new(new.document), new.size);
-        s.names.insert(SCENE_NAME, resource, new.memory.result.into_kept(), &self.quotas.limits)?;
+        let limits = self.limits_for(s, SCENE_NAME);
+        s.names.insert(SCENE_NAME, resource, new.memory.result.into_kept(), &limits)?;
         s.camera = new.at_start.camera.unwrap_or_default();
         s.ambient = new.at_start.ambient;
         s.lights = new.at_start.lights.into_iter().map(Some).collect();

@@ -10,12 +10,14 @@
 //! One would know of an error by a pixel outside a clip rectangle, or on the frame while a canvas is
 //! the target: `tests/drawing/surfaces.rs` draws with every verb of the table.
 
-use super::{Engine, Fault, Progress, Request};
+use super::{Engine, Fault, Progress, Request, pieces};
 use crate::Session;
 use fbptr_command::{Command, Reach, Verb};
 use fbptr_core::draw2d::{self, Rect};
 use fbptr_core::error::Code;
-use fbptr_core::memory::{MemoryUse, Rgba};
+use fbptr_core::memory::Rgba;
+use fbptr_core::scene::HiddenSurface;
+use std::ops::Range;
 
 /// Returns the reach of a verb.
 fn reach_of(verb: &str) -> Reach {
@@ -93,12 +95,22 @@ impl Engine {
         }
     }
 
+    /// Reserves memory for the depth and pick buffers that a draw will allocate. Those of a canvas are
+    /// resources of its connection.
+    pub(super) fn reserve_target(&mut self, s: &mut Session, hide: HiddenSurface) -> Result<(), Fault> {
+        if s.surfaces.has_target() {
+            s.surfaces.check_draw(&self.framebuffer, hide, s.names.size_bytes(), &self.quotas.limits)?;
+            self.with_room(|_| s.surfaces.reserve_draw())?;
+        }
+        self.with_room(|engine| engine.framebuffer.reserve_target(hide))
+    }
+
     pub(super) fn set_target(&mut self, s: &mut Session, name: Option<String>) -> Result<(), Fault> {
         s.surfaces.set_target(name)
     }
 
     /// Runs `STAMP`: draws a canvas on the target as `BLEND` says, without its pixels of the key's
-    /// colour. A canvas stamped on itself is read before it is written.
+    /// colour.
     pub(super) fn stamp(
         &mut self,
         s: &mut Session,
@@ -107,24 +119,67 @@ impl Engine {
         y: i32,
         key: Option<Rgba>,
     ) -> Result<Progress, Fault> {
-        let mut held = self.quotas.budget.empty(MemoryUse::Draws);
-        let mut own = None;
-        if s.surfaces.is_target(&name) {
-            let bytes = self.framebuffer.memory.bytes().len() as u64;
-            self.with_room(|_| held.try_cover(bytes))?;
-            own = Some(self.framebuffer.memory.bytes().to_vec());
+        let height = self.framebuffer.height();
+        let mut next = 0;
+        while next < height {
+            let rows = next..(next + pieces::band_rows(self)).min(height);
+            next = rows.end;
+            self.stamp_band(s, &name, [x, y], key, rows)?;
+        }
+        self.end_stamp(s, &name, [x, y]);
+        Ok(Progress::Done(super::Effect::Done))
+    }
+
+    /// Returns where a canvas lies on the target that is stamped at a pixel, if there is one.
+    pub(super) fn stamped_rect(&self, s: &Session, name: &str, [x, y]: [i32; 2]) -> Option<Rect> {
+        let canvas = match s.surfaces.is_target(name) {
+            true => &self.framebuffer.memory,
+            false => s.surfaces.canvas(name)?,
+        };
+        let [w, h] = [canvas.width(), canvas.height()].map(|side| side as i32);
+        Some(Rect { x, y, w, h })
+    }
+
+    /// Draws the part of a stamp that lies in one of the bands of rows, from the top down. A canvas
+    /// stamped on itself is read before it is written: its bands are drawn from the bottom up if it
+    /// moves down, and each is drawn from a copy.
+    pub(super) fn stamp_band(
+        &mut self,
+        s: &mut Session,
+        name: &str,
+        at: [i32; 2],
+        key: Option<Rgba>,
+        rows: Range<u32>,
+    ) -> Result<(), Fault> {
+        let missing = || Fault::new(Code::NoEnt, "no canvas has this name").got(name);
+        let Rect { x, y, w, h } = self.stamped_rect(s, name, at).ok_or_else(missing)?;
+        let (is_own, height) = (s.surfaces.is_target(name), self.framebuffer.height());
+        let rows = if is_own && y > 0 { height - rows.end..height - rows.start } else { rows };
+        // Rows of the canvas.
+        let [start, end] =
+            [rows.start, rows.end].map(|row| (i64::from(row) - i64::from(y)).clamp(0, i64::from(h)));
+        // Within the rows of the target, so it is one of them.
+        let top = (i64::from(y) + start) as i32;
+        let bytes = start as usize * w as usize * 4..end as usize * w as usize * 4;
+        let band = Rect { x, y: top, w, h: (end - start) as i32 };
+        if band.h == 0 {
+            return Ok(());
         }
         let memory = &mut self.framebuffer.memory;
-        let (size, bytes) = match (&own, s.surfaces.canvas(&name)) {
-            (Some(bytes), _) => ([memory.width(), memory.height()], &bytes[..]),
-            (None, Some(canvas)) => ([canvas.width(), canvas.height()], canvas.bytes()),
-            (None, None) => return Err(Fault::new(Code::NoEnt, "no canvas has this name").got(name)),
-        };
-        let [w, h] = size.map(|side| side as i32);
-        let rect = Rect { x, y, w, h };
-        draw2d::stamp(memory, rect, bytes, key, s.blend)?;
-        let stored = self.framebuffer.visible(rect);
-        s.count_pixels(w as usize * h as usize, stored);
-        Ok(Progress::Done(super::Effect::Done))
+        if is_own {
+            let copy = memory.bytes()[bytes].to_vec();
+            draw2d::stamp(memory, band, &copy, key, s.blend)?;
+        } else if let Some(canvas) = s.surfaces.canvas(name) {
+            draw2d::stamp(memory, band, &canvas.bytes()[bytes], key, s.blend)?;
+        }
+        Ok(())
+    }
+
+    /// Counts the pixels of a stamp.
+    pub(super) fn end_stamp(&mut self, s: &mut Session, name: &str, at: [i32; 2]) {
+        if let Some(rect) = self.stamped_rect(s, name, at) {
+            let stored = self.framebuffer.visible(rect);
+            s.count_pixels(rect.w as usize * rect.h as usize, stored);
+        }
     }
 }

@@ -18,7 +18,7 @@ use std::ops::Range;
 const BAND_PIXELS: u32 = 1 << 15;
 
 /// Returns the number of rows of a band.
-pub(super) fn band_rows(engine: &Engine) -> u32 {
+pub(in crate::engine) fn band_rows(engine: &Engine) -> u32 {
     (BAND_PIXELS / engine.framebuffer.width()).max(1)
 }
 
@@ -197,6 +197,34 @@ impl Band for CopyBands {
     fn into_command(self) -> Command {
         let [dx, dy] = self.dest;
         Command::Copy { source: self.source, dx, dy }
+    }
+}
+
+/// `STAMP`: from the top of the target, or from its bottom if the target is stamped on itself and
+/// moves down.
+#[derive(Debug)]
+pub(super) struct StampBands {
+    pub name: String,
+    pub at: [i32; 2],
+    pub key: Option<Rgba>,
+}
+
+impl Band for StampBands {
+    fn run(&mut self, engine: &mut Engine, s: &mut Session, rows: Range<u32>) -> Result<(), Fault> {
+        engine.stamp_band(s, &self.name, self.at, self.key, rows)
+    }
+
+    fn end(&mut self, engine: &mut Engine, s: &mut Session, _: &mut Vec<u8>) {
+        engine.end_stamp(s, &self.name, self.at);
+    }
+
+    fn drawn_rows(&self, _: u32, height: u32) -> Range<u32> {
+        0..height
+    }
+
+    fn into_command(self) -> Command {
+        let [x, y] = self.at;
+        Command::Stamp { name: self.name, x, y, key: self.key }
     }
 }
 

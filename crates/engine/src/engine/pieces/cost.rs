@@ -13,7 +13,8 @@ use fbptr_core::draw2d::{self, Blend};
 const LONG_NS: u64 = 2_000_000;
 
 impl Engine {
-    /// Returns whether a command may take so long that others should not wait for all of it.
+    /// Returns whether a command may take so long that others should not wait for all of it. To be
+    /// asked on the surface of its verb.
     pub(in crate::engine) fn is_long(&self, s: &Session, command: &Command) -> bool {
         use Command as C;
         let frame = self.framebuffer.area();
@@ -42,6 +43,10 @@ impl Engine {
             C::Figure(Figure::FillPoly { points, .. }) => {
                 let (pixels, _) = self.visible_of(points);
                 pixels * composed + u64::from(self.framebuffer.height()) * points.len() as u64 * 32
+            }
+            C::Stamp { name, x, y, .. } => {
+                let rect = self.stamped_rect(s, name, [*x, *y]);
+                rect.map_or(0, |rect| self.framebuffer.visible(rect)) * composed
             }
             C::Points { packed } => packed.len() as u64,
             C::Figure(Figure::Text { utf8, .. }) => utf8.len() as u64 * 8 * u64::from(s.text_size).pow(2),

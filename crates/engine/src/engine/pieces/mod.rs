@@ -35,7 +35,8 @@ use super::long_draw::LongDraw;
 use super::{Engine, Request};
 use crate::clock::Instant;
 use crate::{Budget, Session};
-use bands::{Bands, ClearBands, CopyBands, EyeBands, FigureBands, ReadBands};
+pub(super) use bands::band_rows;
+use bands::{Bands, ClearBands, CopyBands, EyeBands, FigureBands, ReadBands, StampBands};
 use fbptr_command::{Command, Figure, Rect};
 use fbptr_core::error::{Code, Fault};
 use fbptr_core::memory::{DepthFormat, MemoryUse, Reservation};
@@ -112,6 +113,7 @@ fn pieces_of(s: &Session, command: Command) -> Result<Box<dyn Piecewise>, Comman
         Command::Clear { color } => Bands::boxed(ClearBands { color }),
         Command::Read { rect } => Bands::boxed(ReadBands { rect, reply: Vec::new() }),
         Command::Copy { source, dx, dy } => Bands::boxed(CopyBands { source, dest: [dx, dy] }),
+        Command::Stamp { name, x, y, key } => Bands::boxed(StampBands { name, at: [x, y], key }),
         Command::Crc { rect } => Box::new(Checksum::new(rect)),
         Command::Points { packed } => Box::new(Records::new(packed)),
         Command::Figure(Figure::Text { x, y, color, utf8 }) => {

@@ -4,7 +4,7 @@ use super::*;
 use crate::engine::Progress;
 use crate::{Audience, Limits};
 use fbptr_command::{AreaColors, RealRect};
-use fbptr_core::draw2d::Blend;
+use fbptr_core::draw2d::{self, Blend};
 
 const SIZE: (u32, u32) = (700, 330);
 
@@ -102,6 +102,91 @@ fn a_command_in_pieces_is_the_command_in_one() {
             assert_eq!(damage, cut.0.framebuffer.memory.take_damage(), "{}", command.verb());
             assert_eq!(cut.0.memory().window(), 0..SIZE.1);
         }
+    }
+}
+
+/// Runs a command in pieces; returns the largest number of pixels in the rows that a piece wrote.
+fn most_in_a_piece(engine: &mut Engine, s: &mut Session, command: Command) -> u64 {
+    let mut pieces = engine.begin_in_pieces(s, command).expect("it has pieces");
+    let (budget, mut most) = (Budget { until: Some(Instant::now()), ..Budget::NONE }, 0);
+    loop {
+        let rest = engine.run_pieces(s, pieces, &mut Vec::new(), budget).expect("is not refused");
+        // A canvas has its own damage.
+        s.surfaces.swap_target(&mut engine.framebuffer);
+        let rows = engine.framebuffer.memory.take_damage();
+        let width = u64::from(engine.framebuffer.width());
+        s.surfaces.swap_target(&mut engine.framebuffer);
+        most = most.max(u64::from(rows.end.saturating_sub(rows.start)) * width);
+        match rest {
+            Progress::Pieces(rest) => pieces = *rest,
+            _ => return most,
+        }
+    }
+}
+
+#[test]
+fn a_stamp_in_pieces_is_that_in_one_and_no_piece_draws_many_pixels() {
+    let make = |name: &str, w, h| Command::Canvas { name: name.into(), w, h };
+    let target = |name: &str| Command::Target { name: Some(name.into()) };
+    let places =
+        [[0, 0], [13, 40], [-20, 90], [5, -70], [-9, 0], [9, 0], [600, 250], [i32::MAX, 7], [7, i32::MIN]];
+    let keys = [None, Some([37, 74, 111, 148])];
+    let clips = [None, Some(rect_of_clip())];
+    for (at, key) in places.into_iter().flat_map(|at| keys.map(|key| (at, key))) {
+        for (clip, on) in
+            clips.into_iter().flat_map(|clip| [None, Some("own"), Some("b")].map(|on| (clip, on)))
+        {
+            let command = Command::Stamp { name: "own".into(), x: at[0], y: at[1], key };
+            let mut sides = [(); 2].map(|()| (engine(), Session::new(1, Audience::Owner)));
+            for (engine, s) in &mut sides {
+                for command in [make("own", 610, 300), make("b", 620, 310), target("own")] {
+                    let _ = engine.run(s, command, &mut Vec::new()).unwrap();
+                }
+                s.surfaces.swap_target(&mut engine.framebuffer);
+                let bytes = engine.framebuffer.memory.bytes_mut();
+                bytes.iter_mut().enumerate().for_each(|(i, byte)| *byte = (i * 37 + i / 999) as u8);
+                s.surfaces.swap_target(&mut engine.framebuffer);
+                s.surfaces.set_target(on.map(str::to_owned)).unwrap();
+                (s.surfaces.clip, s.blend) = (clip, Blend::Over);
+                s.surfaces.swap_target(&mut engine.framebuffer);
+                engine.framebuffer.memory.take_damage();
+                s.surfaces.swap_target(&mut engine.framebuffer);
+            }
+            let [whole, cut] = &mut sides;
+            // Against a stamp of a copy of the canvas, made at once.
+            whole.1.surfaces.swap_target(&mut whole.0.framebuffer);
+            let source = match on {
+                Some("own") => whole.0.framebuffer.memory.clone(),
+                _ => whole.1.surfaces.canvas("own").unwrap().clone(),
+            };
+            let memory = &mut whole.0.framebuffer.memory;
+            if let Some(Rect { x, y, w, h }) = clip {
+                memory.set_clip(x as u32..(x + w) as u32, y as u32..(y + h) as u32);
+            }
+            let rect = Rect { x: at[0], y: at[1], w: 610, h: 300 };
+            draw2d::stamp(memory, rect, source.bytes(), key, Blend::Over).unwrap();
+            let want = memory.bytes().to_vec();
+            let most = most_in_a_piece(&mut cut.0, &mut cut.1, command.clone());
+            assert!(most <= 1 << 15, "{most} pixels in a piece");
+            cut.1.surfaces.swap_target(&mut cut.0.framebuffer);
+            assert!(cut.0.framebuffer.memory.bytes() == want, "{at:?} {key:?} {clip:?} on {on:?}");
+        }
+    }
+    // The estimate looks at the target, not at the frame.
+    let (mut engine, mut s) = (Engine::new(8, 8).unwrap(), Session::new(1, Audience::Owner));
+    for command in [make("big", 4000, 4000), target("big")] {
+        let _ = engine.run(&mut s, command, &mut Vec::new()).unwrap();
+    }
+    engine.may_suspend = true;
+    for command in [
+        Command::Stamp { name: "big".into(), x: 1, y: 1, key: None },
+        Command::Clear { color: [1; 4] },
+        Command::Crc { rect: None },
+    ] {
+        let verb = command.verb();
+        let begun = engine.begin(&mut s, Request::Command(command), &mut Vec::new()).unwrap();
+        let Progress::Pieces(pieces) = begun else { panic!("{verb} on a large canvas is not in pieces") };
+        engine.abandon(&mut s, verb, *pieces);
     }
 }
 

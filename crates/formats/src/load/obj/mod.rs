@@ -19,6 +19,7 @@
 mod assemble;
 mod cost;
 mod lexer;
+mod libraries;
 mod lines;
 mod mtl;
 mod opacity;
@@ -28,11 +29,12 @@ mod tests;
 mod through_tobj;
 
 use super::mesh::{LoadedMesh, Smoothing, add_normals};
-use super::side_files::{find, folder_of, picture};
+use super::side_files::{folder_of, picture};
 use super::{FilePosition, LoadError, LoadErrorKind, LoadMemory, LoadWarning};
 use fbptr_core::memory::Reservation;
 use fbptr_core::scene::{Geometry, Mesh, NONE, Texture};
 use lexer::{ElementKind, Elements, Lexer};
+use libraries::{Found, read_libraries};
 use opacity::masked;
 use placement::Placement;
 use std::borrow::Cow;
@@ -88,17 +90,18 @@ pub fn parse_smooth(
     if let (true, Some(error)) = (faces.is_empty(), left_out.first()) {
         return Err(error);
     }
-    let (library, _libraries) = read_libraries(&libraries, side_files, file_name, &mut warnings, memory)?;
+    let library = read_libraries(&libraries, side_files, file_name, &mut warnings, memory)?;
+    let mut textures = Textures::default();
     // Only used materials are stored, in the order of first use.
     let mut geometry = Geometry::default();
     let mut material_of_use = Vec::with_capacity(uses.len());
     let mut placements = Vec::new();
     let (mut black, mut black_file) = (mtl::Alike::default(), None);
     for (name, line) in &uses {
-        let Some(found) = library.get(name.as_str()) else {
+        let Some(found) = library.materials.get(name.as_str()) else {
             // If no MTL file was found, that has been reported already. Some exporters write an empty
             // usemtl for faces without a material.
-            if !name.is_empty() && (libraries.is_empty() || !library.is_empty()) {
+            if !name.is_empty() && (libraries.is_empty() || !library.materials.is_empty()) {
                 let message = format!("material {name:?} is not defined: the faces keep the draw's material");
                 warnings.push(LoadWarning { place: FilePosition::line(file_name, *line), message });
             }
@@ -106,7 +109,7 @@ pub fn parse_smooth(
             continue;
         };
         material_of_use.push(geometry.mesh.materials.len() as u32);
-        let texture = read_texture(found, side_files, file_name, &mut warnings, memory)?;
+        let texture = textures.of(found, side_files, file_name, &mut warnings, memory)?;
         let mut material = found.material.material.clone();
         if texture.is_some() && material.texture.is_some() && mtl::show_texture(&mut material) {
             black.note(found.material.texture_place.line, &material.name);
@@ -171,58 +174,52 @@ fn decoded<'a>(
     Ok((Cow::Owned(text.into_bytes()), Some(held)))
 }
 
-/// A material, and the folder of its MTL file as named by `mtllib`.
-struct Found {
-    material: mtl::FileMaterial,
-    folder: String,
+/// The textures of the materials read so far, by what they are made of, with the warnings that each
+/// gave: materials that name the same pictures share one texture.
+#[derive(Default)]
+struct Textures(HashMap<TextureKey, NotedTexture>);
+
+/// A texture, if there is one, and the warnings that it gave.
+type NotedTexture = (Option<Arc<Texture>>, Vec<(Channel, String)>);
+
+/// What a texture is made of: a folder, the picture of its colours and that of its opacity there, and
+/// whether it is clamped.
+type TextureKey = (String, [Option<String>; 2], bool);
+
+/// The picture of a material that a warning is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Channel {
+    Color,
+    Opacity,
 }
 
-/// Reads all MTL files that `mtllib` names. Returns their materials by name; of two with the same
-/// name the first counts.
-fn read_libraries(
-    libraries: &[(String, u32)],
-    side_files: &mut SideFiles<'_>,
-    file_name: &str,
-    warnings: &mut Vec<LoadWarning>,
-    memory: &LoadMemory,
-) -> Result<(HashMap<String, Found>, Vec<Reservation>), LoadError> {
-    let (mut all, mut held) = (HashMap::new(), Vec::new());
-    let mut files = Vec::new();
-    let mut warn = |line: u32, message: String| {
-        warnings.push(LoadWarning { place: FilePosition::line(file_name, line), message });
-    };
-    for (names, line) in libraries {
-        // Either one name that contains blanks, or several names.
-        let whole = find(side_files, names).map(|file| vec![(names.as_str(), Some(file))]);
-        let parts = |side_files: &mut SideFiles<'_>| {
-            names.split_whitespace().map(|name| (name, find(side_files, name))).collect()
-        };
-        for (name, file) in whole.unwrap_or_else(|| parts(side_files)) {
-            let Some(file) = file else {
-                warn(*line, format!("material file {name:?} cannot be found: it is left out"));
-                continue;
+impl Textures {
+    /// Returns the texture of a material; it is read if no other material has it.
+    fn of(
+        &mut self,
+        found: &Found,
+        side_files: &mut SideFiles<'_>,
+        file_name: &str,
+        warnings: &mut Vec<LoadWarning>,
+        memory: &mut LoadMemory,
+    ) -> Result<Option<Arc<Texture>>, LoadError> {
+        let material = &found.material;
+        let pictures = [material.material.texture.clone(), material.opacity_map.clone()];
+        let key = (found.folder.clone(), pictures, material.placement.is_clamped);
+        if !self.0.contains_key(&key) {
+            let read = read_texture(found, side_files, file_name, memory)?;
+            self.0.insert(key.clone(), read);
+        }
+        let (texture, notes) = &self.0[&key];
+        warnings.extend(notes.iter().map(|(channel, message)| {
+            let place = match channel {
+                Channel::Color => &material.texture_place,
+                Channel::Opacity => &material.opacity_place,
             };
-            if let Some(note) = file.note {
-                warn(*line, note);
-            }
-            files.push((file.name, file.bytes));
-        }
+            LoadWarning { place: place.clone(), message: message.clone() }
+        }));
+        Ok(texture.clone())
     }
-    for (name, bytes) in files {
-        let shown = format!("{}{name}", folder_of(file_name));
-        let room = memory.work(cost::mtl_bytes(&bytes));
-        held.push(room.map_err(|kind| LoadError::new(FilePosition::file(&*shown), kind))?);
-        let (text, text_held) =
-            decoded(&bytes, memory).map_err(|kind| LoadError::new(FilePosition::file(&*shown), kind))?;
-        held.extend(text_held);
-        let (materials, mut its_warnings) = mtl::parse(&text, &shown)?;
-        warnings.append(&mut its_warnings);
-        for material in materials {
-            let found = Found { material, folder: folder_of(&name).to_owned() };
-            all.entry(found.material.material.name.clone()).or_insert(found);
-        }
-    }
-    Ok((all, held))
 }
 
 /// Reads the texture of a material from the folder of its MTL file, or from that of the OBJ file. A
@@ -231,12 +228,12 @@ fn read_texture(
     Found { material, folder }: &Found,
     side_files: &mut SideFiles<'_>,
     file_name: &str,
-    warnings: &mut Vec<LoadWarning>,
     memory: &mut LoadMemory,
-) -> Result<Option<Arc<Texture>>, LoadError> {
-    let mut read = |name: &Option<String>, place: &FilePosition| {
+) -> Result<NotedTexture, LoadError> {
+    let mut notes = Vec::new();
+    let mut read = |name: &Option<String>, channel: Channel| {
         let Some(name) = name else { return Ok(None) };
-        let mut warn = |message| warnings.push(LoadWarning { place: place.clone(), message });
+        let mut warn = |message| notes.push((channel, message));
         let names = [format!("{folder}{name}"), name.clone()];
         let found = picture(&names, side_files, folder_of(file_name), memory)?;
         if let Some(note) = found.note {
@@ -246,9 +243,9 @@ fn read_texture(
             found.texture.map_err(|reason| warn(format!("texture {name:?} {reason}: it is left out")));
         Ok(texture.ok())
     };
-    let color = read(&material.material.texture, &material.texture_place)?;
+    let color = read(&material.material.texture, Channel::Color)?;
     let is_same = material.material.texture == material.opacity_map;
-    let opacity = if is_same { None } else { read(&material.opacity_map, &material.opacity_place)? };
+    let opacity = if is_same { None } else { read(&material.opacity_map, Channel::Opacity)? };
     let texture = match (color, opacity) {
         (color, None) => color,
         (color, Some(opacity)) => Some(
@@ -256,6 +253,6 @@ fn read_texture(
                 .map_err(|kind| LoadError::new(material.opacity_place.clone(), kind))?,
         ),
     };
-    Ok(texture
-        .map(|texture| Arc::new(if material.placement.is_clamped { texture.clamped() } else { texture })))
+    let clamped = |texture: Texture| if material.placement.is_clamped { texture.clamped() } else { texture };
+    Ok((texture.map(|texture| Arc::new(clamped(texture))), notes))
 }

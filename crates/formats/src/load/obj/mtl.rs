@@ -10,7 +10,7 @@ use super::lines::{Lines, keyword, number, shown, text, words};
 use super::placement::Placement;
 use super::through_tobj::{self, RawMaterial};
 use crate::load::defects::Defects;
-use crate::load::{FilePosition, LoadError, LoadErrorKind, LoadWarning};
+use crate::load::{FilePosition, LoadError, LoadErrorKind, LoadMemory, LoadWarning};
 use fbptr_core::scene::{LightingModel, Material};
 use glam::{DVec2, DVec3};
 use std::collections::HashSet;
@@ -19,6 +19,9 @@ use std::ops::RangeInclusive;
 
 /// Least exponent that makes a highlight: below 1 it is as wide as the diffuse light.
 const LEAST_EXPONENT: f64 = 1.0;
+
+/// Lines that are read between two looks at the token that cancels the load.
+const LINES_BETWEEN_CHECKS: u32 = 1024;
 
 /// A material, and the position of its `map_Kd`.
 #[derive(Clone, Debug)]
@@ -64,9 +67,13 @@ struct Check<'a> {
 }
 
 /// Parses an MTL file. Returns its materials in the file's order, and warnings about skipped parts.
+///
+/// # Errors
+/// If `memory` is cancelled, or a material is lost.
 pub(super) fn parse(
     bytes: &[u8],
     file_name: &str,
+    memory: &LoadMemory,
 ) -> Result<(Vec<FileMaterial>, Vec<LoadWarning>), LoadError> {
     let mut check = Check {
         file_name,
@@ -78,6 +85,9 @@ pub(super) fn parse(
         unreadable: Defects::default(),
     };
     for (line, statement) in Lines::new(bytes) {
+        if line.is_multiple_of(LINES_BETWEEN_CHECKS) {
+            memory.check_cancelled().map_err(|kind| LoadError::new(check.place(), kind))?;
+        }
         check.line = line;
         let (word, arguments) = keyword(&statement);
         if let Err(error) = check.statement(word, arguments) {

@@ -267,3 +267,56 @@ fn an_empty_map_kd_keeps_the_picture_before_it_and_its_placement() {
     assert!(said.iter().any(|w| w == "l.mtl:3: warning: \"map_Kd\" names no file: it is left out"));
     assert!(said.iter().any(|w| w.contains("p.png")), "the picture is looked for: {said:?}");
 }
+
+/// Reads an OBJ file, and counts how often each file beside it is read.
+fn reads(obj: &str, files: &[(&str, &[u8])]) -> (LoadedMesh, Vec<(String, usize)>) {
+    let mut counts = std::collections::BTreeMap::new();
+    let mut find = |name: &str| {
+        let bytes = files.iter().find(|f| f.0 == name).map(|f| f.1.to_vec())?;
+        *counts.entry(name.to_owned()).or_insert(0) += 1;
+        Some(bytes)
+    };
+    let loaded = parse(obj.as_bytes(), &mut find, "m.obj").expect("loads");
+    (loaded, counts.into_iter().collect())
+}
+
+#[test]
+fn a_file_is_read_once_however_often_it_is_named() {
+    let mtl: String = (0..100).map(|i| format!("newmtl m{i}\nmap_Kd p.ppm\n")).collect();
+    let faces: String = (0..100).map(|i| format!("usemtl m{i}\nf 1 2 3\n")).collect();
+    let mentions = "mtllib a.mtl\nmtllib gone.mtl\nmtllib a.mtl a.mtl gone.mtl\n".repeat(300);
+    let files: [(&str, &[u8]); 2] = [("a.mtl", mtl.as_bytes()), ("p.ppm", b"P6 1 1 255\n\x01\x02\x03")];
+    let (loaded, counts) = reads(&format!("{mentions}{TRIANGLE}{faces}"), &files);
+    let counts: Vec<_> = counts.iter().map(|(name, count)| (name.as_str(), *count)).collect();
+    // The second spelling of the names, several on a line, is looked for once more.
+    assert!(matches!(counts[..], [("a.mtl", 1 | 2), ("p.ppm", 1)]), "{counts:?}");
+    assert_eq!(
+        warnings(&loaded),
+        ["m.obj:2: warning: material file \"gone.mtl\" cannot be found: it is left out"]
+    );
+    let textures = &loaded.geometry.textures;
+    assert_eq!(textures.iter().flatten().count(), 100);
+    assert!(textures.iter().flatten().all(|t| Arc::ptr_eq(t, textures[0].as_ref().unwrap())));
+    // The same file by another spelling gives no material a second time.
+    let (loaded, _) = reads(
+        &format!("mtllib a.mtl\nmtllib ./a.mtl\n{TRIANGLE}usemtl m1\nf 1 2 3\n"),
+        &[files[0], ("./a.mtl", files[0].1), files[1]],
+    );
+    assert_eq!(loaded.warnings, []);
+}
+
+#[test]
+fn a_cancelled_load_reads_no_further_material_file() {
+    let cancel = fbptr_core::cancel::CancelToken::new();
+    let mut memory = LoadMemory::unlimited().until(cancel.clone());
+    let names: String = (0..50).map(|i| format!("mtllib {i}.mtl\n")).collect();
+    let mut read = 0;
+    let mut find = |_: &str| {
+        read += 1;
+        cancel.cancel();
+        Some(b"newmtl a\n".to_vec())
+    };
+    let error = parse_within(format!("{names}{TRIANGLE}").as_bytes(), &mut find, "m.obj", &mut memory);
+    assert!(matches!(error.expect_err("is cancelled").kind, LoadErrorKind::Cancelled));
+    assert_eq!(read, 1);
+}
