@@ -45,7 +45,9 @@ unsafe fn own_ioctl(fd: c_int, request: u32, argument: *mut c_void) -> Option<Re
     unsafe {
         match kind {
             b'F' if device.is_memory_fd(fd) => done(framebuffer::request(&device, request, argument)),
-            b'K' | b'V' if terminal::is_served(&device, fd) => done(console::request(&device, request, argument)),
+            b'K' | b'V' if terminal::is_served(&device, fd) => {
+                done(console::request(&device, request, argument))
+            }
             b'E' => match open::input_of(&device, fd)? {
                 index @ 0..=1 => Some(evdev::request(&device, fd, index, request, argument)),
                 _ => Some(Err(abi::EINVAL)),

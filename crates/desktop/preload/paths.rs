@@ -9,8 +9,8 @@ use crate::abi::{self, errno, set_errno};
 use crate::device::{Device, device};
 use crate::folders;
 use crate::open::input_of;
-use crate::{sysfs, terminal};
 use crate::text::Text;
+use crate::{sysfs, terminal};
 use core::ffi::{CStr, c_char, c_int};
 
 /// A place that the device has in the file system.
