@@ -34,7 +34,7 @@ mod four_lanes;
 mod level;
 #[cfg(all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"))]
 mod neon;
-#[cfg(any(test, feature = "avx"))]
+#[cfg(any(test, all(target_arch = "x86_64", feature = "avx")))]
 mod pair;
 mod pixels;
 mod portable;
