@@ -23,7 +23,7 @@ pub enum Audience {
     /// The connection itself, among its replies, once it has used a verb beyond Pixelflut's, or as
     /// `ERRORS` selects.
     Connection,
-    /// The owner who started it (`play`, a [`super::Client`]): gets every error, beside the
+    /// The owner who started it (`play`, a `Client`): gets every error, beside the
     /// replies.
     Owner,
 }

@@ -29,7 +29,7 @@ impl fmt::Debug for DrawLog {
 
 impl Engine {
     /// Logs the 3-D draws on the frame from now on, `most` of them at a time, until the next `CLEAR`
-    /// of all of it. Draws that are suspended (those of a [`RenderThread`](crate::RenderThread)) are
+    /// of all of it. Draws that are suspended (those of a `RenderThread`) are
     /// not logged.
     pub fn log_draws(&mut self, most: usize) {
         self.rendering.draw_log = Some(DrawLog { draws: VecDeque::new(), most, dropped: 0 });
