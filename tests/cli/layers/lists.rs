@@ -35,7 +35,7 @@ const DESKTOP: Edges = &[("window", &["viewer"])];
 const ENGINE: Edges = &[
     ("budget", &["clock"]),
     ("resources", &["limits"]),
-    ("surfaces", &["engine_frame", "limits"]),
+    ("surfaces", &["engine_frame", "limits", "resources"]),
     ("session", &["limits", "read_files", "resources", "stats", "surfaces"]),
     (
         "engine",
