@@ -77,7 +77,7 @@ struct Task {
     job: Job,
 }
 
-/// What the threads share.
+/// State that the threads share.
 #[derive(Default)]
 struct Shared {
     state: Mutex<State>,

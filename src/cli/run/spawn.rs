@@ -227,7 +227,7 @@ fn start(
     attend(Pid::from_child(&child), leash, members)
 }
 
-/// What the starter waits for.
+/// Processes that the starter waits for.
 enum Event {
     /// The program has ended.
     Exited(ExitStatus),

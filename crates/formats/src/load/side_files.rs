@@ -16,7 +16,7 @@ pub(super) struct SideFile {
     pub(super) bytes: Vec<u8>,
     /// Its name, with `/` between folders.
     pub(super) name: String,
-    /// What was done to find it, for a warning.
+    /// The way it was found, for a warning.
     pub(super) note: Option<String>,
 }
 
@@ -100,10 +100,10 @@ mod tests {
             ("a b.png", "a b.png", false),
             ("t\\a.png", "t/a.png", false),
             ("C:\\work\\t\\a.png", "t/a.png", true),
-            ("c:/work/a.png", "a.png", true),
+            ("c:/scans/a.png", "a.png", true),
             ("/home/me/t/a.png", "t/a.png", true),
             ("\\\\server\\share\\a.png", "a.png", true),
-            ("file:///C:/work/a%20b.png", "a b.png", true),
+            ("file:///C:/scans/a%20b.png", "a b.png", true),
         ] {
             assert_eq!(found(name, there).0, Some((there.to_owned(), is_noted)), "{name}");
         }

@@ -182,7 +182,7 @@ struct Textures(HashMap<TextureKey, NotedTexture>);
 /// A texture, if there is one, and the warnings that it gave.
 type NotedTexture = (Option<Arc<Texture>>, Vec<(Channel, String)>);
 
-/// What a texture is made of: a folder, the picture of its colours and that of its opacity there, and
+/// The parts of a texture: a folder, the picture of its colours and that of its opacity there, and
 /// whether it is clamped.
 type TextureKey = (String, [Option<String>; 2], bool);
 
