@@ -25,7 +25,7 @@ use std::sync::{Mutex, MutexGuard};
 
 /// Largest file that a scene may read, in bytes.
 const MAX_BYTES: u64 = 4 << 30;
-/// Which edges of meshes without normals are smooth, as for `fbptr render`.
+/// The rule by which edges of meshes without normals are smooth, as for `fbptr render`.
 const SMOOTHING: Smoothing = Smoothing::Automatic;
 
 /// Files by name; None for those that are missing.

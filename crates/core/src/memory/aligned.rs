@@ -35,7 +35,7 @@ impl<T: Copy> Aligned<T> {
     }
 
     /// Allocates `len` items that are zero, or returns `None` if the system has no memory for them.
-    /// Where the system gives zeroed pages on first use, no item is touched, however many there are.
+    /// No item is touched, however many there are, where the system gives zeroed pages on first use.
     pub fn zeroed(len: usize) -> Option<Self>
     where
         T: Default,

@@ -239,7 +239,7 @@ fn what_exporters_write_beside_the_specification_is_drawn_with_a_warning() {
 
 #[test]
 fn a_buffer_of_another_machines_path_is_read_beside_the_file() {
-    let more = format!(r#""buffers":[{{"uri":"file:///C:/work/b.bin","byteLength":{}}}]"#, bytes().len());
+    let more = format!(r#""buffers":[{{"uri":"file:///C:/scans/b.bin","byteLength":{}}}]"#, bytes().len());
     let document = load(&file(&more)).unwrap();
     let said: Vec<String> = document.warnings().iter().map(ToString::to_string).collect();
     assert!(said.len() == 1 && said[0].contains("is of another machine: \"b.bin\" is read"), "{said:?}");
