@@ -184,7 +184,7 @@ pub use fbptr_desktop::window::{FrameInput, WindowError, program::run};
 #[doc(hidden)]
 pub use fbptr_formats::animation;
 #[doc(inline)]
-pub use fbptr_formats::{load, save};
+pub use fbptr_formats::{load, models, save};
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub use fbptr_lab as measure;

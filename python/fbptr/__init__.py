@@ -14,11 +14,12 @@ command raises `CommandError`. `Client` and `SharedMemory` draw on a running ser
 
 from ._native import __version__
 from .framebuffer import Framebuffer
-from .shapes import Mesh, box, cone, cylinder, faces, knot, obj, sphere, teapot
+from .shapes import Mesh, box, cone, cylinder, faces, knot, models, obj, sphere, suzanne, teapot
 
 __all__ = [
     "Animation", "Client", "CommandError", "CommandWarning", "Framebuffer", "Mesh", "Scene",
-    "SharedMemory", "__version__", "animate", "box", "cone", "cylinder", "faces", "knot", "obj", "sphere", "teapot",
+    "SharedMemory", "__version__", "animate", "box", "cone", "cylinder", "faces", "knot", "models", "obj", "sphere",
+    "suzanne", "teapot",
 ]
 
 # What type checkers take for true; a program has them from `__getattr__`.

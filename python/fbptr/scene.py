@@ -42,7 +42,8 @@ class Scene(_native.Scene):
         root: str | os.PathLike[str] | None = None,
         **options: Any,
     ) -> Scene:
-        """Returns the scene of a file's path, or of its bytes with their `format` ("x3d").
+        """Returns the scene of a file's path, of a built-in model's name (`fbptr.models()`), or of
+        the bytes of a file with their `format` ("x3d").
 
         Files that it names are read in the file's folder, or in `root`. Options: `frames`, `fps`,
         `time` in seconds, `size` as (width, height), `background` as a colour's name, `shade`
@@ -78,6 +79,8 @@ def read(source, format=None, name=None, root=None):
             raise TypeError("bytes of a scene need their format, as in format='x3d'")
         return bytes(source), format, name or "scene." + format, root
     path = os.fspath(source)
+    if format is None and isinstance(path, str) and path in _native.model_names() and not os.path.exists(path):
+        return b"", "model", path, root
     with open(path, "rb") as file:
         data = file.read()
     ending = format or os.path.splitext(path)[1].lstrip(".")

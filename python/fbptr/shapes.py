@@ -65,6 +65,20 @@ def knot(nu: int = 200, nv: int = 20) -> Mesh:
     return Mesh("KNOT", nu, nv)
 
 
+def suzanne() -> Mesh:
+    """Blender's monkey, 968 faces without normals."""
+    from . import _native
+
+    return Mesh("OBJ", data=_native.suzanne())
+
+
+def models() -> list[str]:
+    """The names of the built-in models, which `Scene.load` takes in place of a path."""
+    from . import _native
+
+    return _native.model_names()
+
+
 def obj(source: Source) -> Mesh:
     """The mesh of an OBJ file: its bytes or its text, or a path to it.
 

@@ -87,6 +87,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<scene::Scene>()?;
     module.add_function(wrap_pyfunction!(scene::write_file, module)?)?;
     module.add_function(wrap_pyfunction!(scene::remove_leftovers, module)?)?;
+    module.add_function(wrap_pyfunction!(scene::model_names, module)?)?;
+    module.add_function(wrap_pyfunction!(scene::suzanne, module)?)?;
     module.add_function(wrap_pyfunction!(verbs, module)?)?;
     module.add_function(wrap_pyfunction!(help, module)?)?;
     module.add_function(wrap_pyfunction!(light_colour, module)?)?;

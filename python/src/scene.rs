@@ -12,6 +12,7 @@ use fbptr::command::parse_color;
 use fbptr::executor::Executor;
 use fbptr::load::{LoadMemory, SandboxDir, Smoothing};
 use fbptr::memory::VideoMemory;
+use fbptr::models::{self, BuiltInModel};
 use fbptr::pipeline::{RenderOptions, Renderer};
 use fbptr::save::{self, SnapshotFormat};
 use fbptr::scene::ShadeMode;
@@ -78,13 +79,50 @@ pub fn os_error(error: &save::SaveError, path: &std::path::Path) -> PyErr {
     PyOSError::new_err((number, reason.clone(), path.display().to_string()))
 }
 
+/// Kind of a scene's source.
+#[derive(Clone, Copy)]
+enum Format {
+    File(SceneFormat),
+    /// No file: a model of the package.
+    BuiltIn(&'static BuiltInModel),
+}
+
+/// Returns the format of a word: a file name's ending, or `model` for the built-in model `name`.
+fn format_of(word: &str, name: &str) -> PyResult<Format> {
+    if word == "model" {
+        let unknown = || value_error(format!("there is no built-in model {name:?}; fbptr.models() lists them"));
+        return models::named(name).map(Format::BuiltIn).ok_or_else(unknown);
+    }
+    let known = "x3d, x3dz, gltf, glb, obj, stl, ply or json";
+    let unknown = || value_error(format!("expected the format {known}, found {word:?}"));
+    SceneFormat::of_ending(word).map(Format::File).ok_or_else(unknown)
+}
+
+/// Names of the built-in models.
+#[pyfunction]
+pub fn model_names() -> Vec<&'static str> {
+    models::all().iter().map(|model| model.name).collect()
+}
+
+/// The bytes of the OBJ file of Blender's monkey.
+#[pyfunction]
+pub fn suzanne() -> &'static [u8] {
+    models::SUZANNE
+}
+
 /// Reads a scene. Returns it with every file that it asked for.
 fn read(
     bytes: &[u8],
-    format: SceneFormat,
+    format: Format,
     name: &str,
     mut beside: Beside,
 ) -> Result<(LoadedScene, Files), String> {
+    let format = match format {
+        Format::File(format) => format,
+        Format::BuiltIn(model) => {
+            return Ok((model.load(SMOOTHING, LoadMemory::unlimited())?, Files::new()));
+        }
+    };
     let mut asked = BTreeMap::new();
     let mut opener = |name: &str| {
         let found = match &mut beside {
@@ -148,9 +186,7 @@ impl Scene {
         turns: Vec<String>,
         threads: usize,
     ) -> PyResult<Self> {
-        let known = "x3d, x3dz, gltf, glb, obj, stl, ply or json";
-        let format = SceneFormat::of_ending(format)
-            .ok_or_else(|| value_error(format!("expected the format {known}, found {format:?}")))?;
+        let format = format_of(format, name)?;
         if frames == 0 || !(fps.is_finite() && fps > 0.0 && time.is_finite()) {
             let expected = "expected one frame or more, frames a second above 0 and a finite time";
             return Err(value_error(format!("{expected}, found {frames}, {fps} and {time}")));

@@ -1,8 +1,11 @@
 //! Arguments for the meshes of scene files: normals and culling.
 
 use crate::load::Smoothing;
-use crate::scene::{Cull, MAX_POINT_SIZE};
+use crate::scene::{Cull, Geometry, MAX_POINT_SIZE, Material, NONE, Texture};
 use clap::Args;
+use glam::DVec3;
+use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Options of reading and showing meshes.
 #[derive(Clone, Debug, Args)]
@@ -19,6 +22,9 @@ pub(super) struct MeshArgs {
     /// Side of points in pixels, 1 to 64 [default: the scene's own; 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_POINT_SIZE)))]
     pub point_size: Option<u32>,
+    /// A picture for all of a mesh that has texture coordinates, in place of its materials' textures and diffuse colours
+    #[arg(long, value_name = "FILE")]
+    pub texture: Option<PathBuf>,
     /// Refuse a scene or mesh that is read with a warning
     #[arg(long)]
     pub strict: bool,
@@ -29,6 +35,18 @@ impl MeshArgs {
     pub(super) fn smoothing(&self) -> Smoothing {
         self.smooth.unwrap_or(Smoothing::Automatic)
     }
+}
+
+/// Gives every material of a mesh a texture, at its full colours; faces without a material get one.
+pub(super) fn cover(geometry: &mut Geometry, texture: &Arc<Texture>) {
+    let mesh = &mut geometry.mesh;
+    if mesh.polygons.iter().any(|polygon| polygon.material == NONE) {
+        let own = mesh.materials.len() as u32;
+        mesh.materials.push(Material { ka: DVec3::splat(0.8), ..Material::default() });
+        mesh.polygons.iter_mut().filter(|p| p.material == NONE).for_each(|p| p.material = own);
+    }
+    mesh.materials.iter_mut().for_each(|material| material.kd = DVec3::ONE);
+    geometry.textures = vec![Some(Arc::clone(texture)); geometry.mesh.materials.len()];
 }
 
 fn cull(text: &str) -> Result<Cull, String> {
@@ -50,6 +68,22 @@ fn smoothing(text: &str) -> Result<Smoothing, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::{Corner, Mesh};
+
+    #[test]
+    fn a_texture_covers_faces_with_and_without_a_material() {
+        let texture = Arc::new(Texture::new(1, 1, vec![9, 8, 7, 255]).expect("one texel"));
+        let corner = |position| Corner { position, normal: NONE, texcoord: 0, color: NONE };
+        let mut mesh = Mesh { positions: vec![DVec3::X, DVec3::Y, DVec3::Z], ..Mesh::default() };
+        mesh.materials.push(Material { kd: DVec3::ZERO, ..Material::default() });
+        mesh.push_polygon(&[0, 1, 2].map(corner), 0);
+        mesh.push_polygon(&[0, 2, 1].map(corner), NONE);
+        let mut geometry = Geometry::from(mesh);
+        cover(&mut geometry, &texture);
+        assert_eq!(geometry.mesh.polygons.iter().map(|p| p.material).collect::<Vec<_>>(), [0, 1]);
+        assert!(geometry.mesh.materials.iter().all(|m| m.kd == DVec3::ONE));
+        assert_eq!(geometry.textures, [Some(Arc::clone(&texture)), Some(texture)]);
+    }
 
     #[test]
     fn an_angle_has_its_unit() {

@@ -10,6 +10,7 @@ use super::scene_file::{self, ReadOptions, SceneError, SceneFile};
 use super::trace::{self, TraceAt};
 use super::{FrameSize, Status, output, say_as_program};
 use crate::animation::{Animation, FrameOptions, LoadedScene, PlaneTurn};
+use crate::executor::Executor;
 use crate::eye;
 use crate::measure::{self, all_stages};
 use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
@@ -17,18 +18,24 @@ use crate::pipeline::quality::{Budget, MeshShapes, prove};
 use crate::pipeline::{DepthUse, EmptyDraw, Renderer, SceneOptions, Target};
 use crate::save::{self, MovieFormat, SaveError};
 use crate::scene::{Scene, ShadeMode};
-use crate::server::Limits;
+use crate::server::{Limits, worker_pool};
+use crate::viewer::{Model, STUDIO_SIZE, Viewer, ViewerOptions, turntable_rate};
 use clap::Args;
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 /// Render a scene file.
 #[derive(Debug, Args)]
 pub struct Render {
-    /// The scene: .gltf, .glb, .x3d, .x3dz, .obj, .stl, .ply, or .json for N dimensions
-    #[arg(value_name = "SCENE")]
-    scene: PathBuf,
+    /// The scene: .gltf, .glb, .x3d, .x3dz, .obj, .stl, .ply, or .json for N dimensions; or a built-in
+    /// model, as teapot
+    #[arg(value_name = "SCENE", required_unless_present = "list")]
+    scene: Option<PathBuf>,
+    /// Print the names of the built-in models
+    #[arg(long, exclusive = true)]
+    list: bool,
     /// The picture: .png, .ppm or .raw; with --frames a movie too: .gif, .apng, .y4m, or - for y4m on standard output
-    #[arg(short, long, value_name = "OUT", required_unless_present = "trace")]
+    #[arg(short, long, value_name = "OUT", required_unless_present_any = ["trace", "list"])]
     out: Option<PathBuf>,
     /// The picture's size [default: 640x480, or an N-dimensional screen's own]
     #[arg(long, value_name = "WxH")]
@@ -39,6 +46,9 @@ pub struct Render {
     /// Let the scene read files from this folder, not only from its own
     #[arg(long, value_name = "DIR")]
     root: Option<PathBuf>,
+    /// Make the picture that `fbptr view` shows: framed, lit by three lights, on a ground, with smooth edges [its size: 960x720]
+    #[arg(long, conflicts_with_all = ["background", "shade", "near", "far", "depth_out", "max_error", "explain", "all_stages", "trace"])]
+    studio: bool,
     /// Shading of faces: wire, flat, gouraud or phong
     #[arg(long, value_name = "S", value_parser = shade)]
     shade: Option<ShadeMode>,
@@ -129,10 +139,17 @@ fn explained(reason: EmptyDraw, scene: &Scene, options: &SceneOptions) -> String
 impl Render {
     /// Renders all pictures, and returns the exit status.
     pub(super) fn run(self) -> Status {
+        if self.list {
+            return scene_file::list_models();
+        }
         match self.render() {
             Ok(()) => Status::Success,
             Err(error) => error.say(),
         }
+    }
+
+    fn scene(&self) -> &Path {
+        self.scene.as_deref().unwrap_or(Path::new(""))
     }
 
     fn render(&self) -> Result<(), SceneError> {
@@ -140,31 +157,80 @@ impl Render {
         let budget = &self.drawing.budget();
         let options = ReadOptions { root: self.root.as_deref(), meshes: &self.meshes };
         let LoadedScene { file, crc, held: _held, .. } =
-            scene_file::read(&self.scene, options, &self.drawing.reading_budget(budget))?;
+            scene_file::read(self.scene(), options, &self.drawing.reading_budget(budget))?;
         let renderer = self.drawing.renderer_within(budget);
         if matches!(file, SceneFile::Eye(_)) {
             self.check_for_eye()?;
         }
-        let name = self.scene.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let name = self.scene().file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         let animation = Animation::new(file, name, self.frame_options())
             .map_err(|e| SceneError::NoFile(format!("--turn: {e}")))?;
         let mut output = self.output(&animation, crc)?;
         if animation.is_turntable() {
-            let (scene, frames) = (self.scene.display(), animation.options.count);
+            let (scene, frames) = (self.scene().display(), animation.options.count);
             say_as_program(format_args!("{scene} has no animation: the {frames} frames are one turn"));
         } else if animation.is_still() && animation.options.count > 1 {
-            let (scene, frames) = (self.scene.display(), animation.options.count);
+            let (scene, frames) = (self.scene().display(), animation.options.count);
             say_as_program(format_args!(
                 "the {frames} frames are the same: --turn A,B,DEGREES turns {scene} in the plane of two axes, \
                  as --turn 0,1,360"
             ));
         }
+        if self.studio {
+            return self.render_studio(animation, output, renderer);
+        }
+        let is_mesh = matches!(animation.file, SceneFile::Mesh { .. });
         let plans = match animation.file {
             SceneFile::Eye(_) => self.render_eye(&animation, &mut output, renderer)?,
             _ => self.render_solid(&animation, &mut output, renderer)?,
         };
         if self.explain {
             output::print(plans);
+        }
+        output.finish()?;
+        if is_mesh && self.out.is_some() && std::io::stderr().is_terminal() {
+            say_as_program("--studio makes a picture with three lights, a ground and smooth edges");
+        }
+        Ok(())
+    }
+
+    /// Renders all pictures as the viewer shows them.
+    fn render_studio(
+        &self,
+        animation: Animation,
+        mut output: RenderOutput,
+        renderer: Renderer,
+    ) -> Result<(), SceneError> {
+        let scene = self.scene().display();
+        let refused = |e: String| SceneError::Refused(format!("{scene}: {e}"));
+        let (size, turntable) = (animation.size(), animation.is_turntable());
+        let Animation { file, name, options } = animation;
+        let viewer_options = ViewerOptions {
+            name,
+            size,
+            time: options.begin_s,
+            fps: if turntable { turntable_rate(options.count) } else { options.rate },
+            cull: options.cull,
+            point_size: options.point_size,
+            studio: true,
+            turntable,
+            split: None,
+            renderer,
+            pool: Executor::of_pool(worker_pool(None)),
+        };
+        let mut viewer = Viewer::new(Model::from(file), viewer_options).map_err(refused)?;
+        let mut at = 0;
+        while let Some(frame) = output.next_frame() {
+            viewer.step(i64::from(frame) - at);
+            at = i64::from(frame);
+            viewer.smooth_fully();
+            match viewer.failure() {
+                None => output.write(frame, viewer.shown(), None)?,
+                Some(failure) => {
+                    let error = DrawError::Scene(SceneError::Refused(format!("{scene}: {failure}")));
+                    output.failed(frame, error)?;
+                }
+            }
         }
         output.finish()
     }
@@ -216,6 +282,7 @@ impl Render {
             ("--near", self.near.is_some()),
             ("--far", self.far.is_some()),
             ("--max-error", self.max_error.is_some()),
+            ("--studio", self.studio),
             ("--shade", self.shade.is_some()),
             ("--cull", self.meshes.cull.is_some()),
             ("--point-size", self.meshes.point_size.is_some()),
@@ -223,7 +290,7 @@ impl Render {
         match flags.iter().find(|(_, is_given)| *is_given) {
             None => Ok(()),
             Some((flag, _)) => {
-                let scene = self.scene.display();
+                let scene = self.scene().display();
                 Err(SceneError::NoFile(format!(
                     "{flag} is for scenes in three dimensions: {scene} is an N-dimensional one"
                 )))
@@ -236,7 +303,7 @@ impl Render {
             count: self.frames.unwrap_or(1),
             rate: self.fps,
             begin_s: self.time,
-            size: self.size.map(|size| [size.width, size.height]),
+            size: self.size.map(|size| [size.width, size.height]).or(self.studio.then_some(STUDIO_SIZE)),
             background: self.background,
             shade: self.shade,
             near: self.near,
@@ -252,7 +319,8 @@ impl Render {
         // What changes a frame beside the options of the animation.
         // Recipes of before the option stay valid.
         let points = self.meshes.point_size.map_or(String::new(), |size| format!(" points {size}"));
-        let more = format!("{:?} {:?}{points}", self.meshes.smoothing(), self.max_error);
+        let studio = if self.studio { " studio" } else { "" };
+        let more = format!("{:?} {:?}{points}{studio}", self.meshes.smoothing(), self.max_error);
         let recipe = animation.recipe(crc, &more);
         let (out, depth_out) = (self.out.as_deref(), self.depth_out.as_deref());
         RenderOutput::open(out, depth_out, self.frames, self.shard, animation, recipe)
@@ -275,7 +343,7 @@ impl Render {
                     }
                     if let Some(reason) = drawn.empty_reason {
                         is_reported = true;
-                        say_as_program(format_args!("{}: frame {frame}: {reason}", self.scene.display()));
+                        say_as_program(format_args!("{}: frame {frame}: {reason}", self.scene().display()));
                     }
                 }
                 Err(error) => output.failed(frame, error)?,
@@ -332,7 +400,7 @@ impl Render {
         }
         let stats = renderer
             .draw_scene(&mut target, scene, options)
-            .map_err(|e| refused(format!("{}: {e}", self.scene.display())))?;
+            .map_err(|e| refused(format!("{}: {e}", self.scene().display())))?;
         let mut reason = None;
         if explains {
             let black = BlackPicture { scene, options, memory: &memory, background: self.background };

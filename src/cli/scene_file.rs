@@ -2,13 +2,16 @@
 //! they refer to.
 
 use super::magic::{self, Content};
-use super::mesh_args::MeshArgs;
+use super::mesh_args::{self, MeshArgs};
 use super::{Status, say_as_program};
 pub(super) use crate::animation::SceneFile;
 use crate::animation::{LoadedScene, SceneFormat, SceneSource};
-use crate::load::{LoadMemory, SandboxDir};
+use crate::load::{self, LoadMemory, SandboxDir};
 use crate::memory::{MemoryBudget, Reservation};
+use crate::models::{self, BuiltInModel};
+use crate::scene::Texture;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::SystemTime;
 
 /// Error of reading a scene file.
@@ -104,13 +107,43 @@ fn ending(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
 }
 
+/// Returns the built-in model that a path names; a file of that name comes first.
+fn built_in(path: &Path) -> Option<&'static BuiltInModel> {
+    models::named(path.to_str()?).filter(|_| !path.exists())
+}
+
+/// Prints the built-in models.
+pub(super) fn list_models() -> Status {
+    super::output::print(models::list());
+    Status::Success
+}
+
+/// Returns the error of a file that cannot be opened. A plain name may have been meant for a
+/// built-in model.
+fn unopened(path: &Path, error: &std::io::Error) -> SceneError {
+    let name = path.display().to_string();
+    let is_plain = !name.contains(['/', '\\', '.']);
+    let hint = match error.kind() {
+        std::io::ErrorKind::NotFound if is_plain => "; --list names the models that need no file",
+        _ => "",
+    };
+    SceneError::NoFile(format!("{name}: {error}{hint}"))
+}
+
+/// Returns the error of `--smooth` for a scene that is no mesh.
+fn not_smoothed(name: &str) -> SceneError {
+    SceneError::NoFile(format!("--smooth is for .obj, .stl and .ply meshes: {name} is none"))
+}
+
 /// Returns whether a file is a scene, by its first bytes or by its name.
 ///
 /// # Errors
 /// Fails if it is a file of another kind, or cannot be read.
 pub(super) fn is_scene(path: &Path) -> Result<bool, SceneError> {
-    let no_file = |e: std::io::Error| SceneError::NoFile(format!("{}: {e}", path.display()));
-    match magic::of_path(path).map_err(no_file)? {
+    if built_in(path).is_some() {
+        return Ok(true);
+    }
+    match magic::of_path(path).map_err(|e| unopened(path, &e))? {
         Some(Content::X3d | Content::Gltf | Content::Mesh(_)) => Ok(true),
         Some(Content::Other(what)) => Err(SceneError::NoFile(format!(
             "{}: {what}; expected {EXPECTED}; or a stream of commands",
@@ -173,7 +206,7 @@ fn read_bytes(
     memory: &LoadMemory,
 ) -> Result<(SceneFormat, Vec<u8>, Reservation), SceneError> {
     let name = path.display().to_string();
-    let no_file = |e: std::io::Error| SceneError::NoFile(format!("{name}: {e}"));
+    let no_file = |e: std::io::Error| unopened(path, &e);
     let format = match magic::of_path(path).map_err(no_file)? {
         Some(Content::X3d) => Some(SceneFormat::X3d),
         Some(Content::Gltf) => Some(SceneFormat::Gltf),
@@ -184,9 +217,7 @@ fn read_bytes(
         None => SceneFormat::of_ending(&ending(path)),
     };
     if meshes.smooth.is_some() && !matches!(format, Some(SceneFormat::Mesh(_))) {
-        return Err(SceneError::NoFile(format!(
-            "--smooth is for .obj, .stl and .ply meshes: {name} is none"
-        )));
+        return Err(not_smoothed(&name));
     }
     let meta = std::fs::metadata(path).map_err(no_file)?;
     if meta.is_dir() {
@@ -209,16 +240,79 @@ fn read_bytes(
     Ok((format, crate::save::read_input(path, MAX_BYTES).map_err(no_file)?, held))
 }
 
+/// A picture for the whole of a mesh, and its file's checksum.
+struct Cover {
+    texture: Arc<Texture>,
+    crc: u32,
+}
+
+/// Reads the picture of `--texture`.
+fn read_cover(path: &Path, memory: &mut LoadMemory) -> Result<Cover, SceneError> {
+    let name = path.display().to_string();
+    let no_file = |e: std::io::Error| SceneError::NoFile(format!("--texture {name}: {e}"));
+    let bytes = crate::save::read_input(path, MAX_BYTES).map_err(no_file)?;
+    let texture = load::texture::decode_within(&bytes, &name, memory);
+    let texture = texture.map_err(|e| SceneError::Refused(format!("--texture {e}")))?;
+    Ok(Cover { texture: Arc::new(texture), crc: crc32fast::hash(&bytes) })
+}
+
+/// Covers the mesh of a scene that was read.
+fn apply_cover(cover: &Cover, loaded: &mut LoadedScene, name: &str) -> Result<(), SceneError> {
+    let geometry = match &mut loaded.file {
+        SceneFile::Mesh { geometry, .. } if !geometry.mesh.texcoords.is_empty() => geometry,
+        SceneFile::Mesh { .. } => {
+            let message = format!("--texture: {name} has no texture coordinates");
+            return Err(SceneError::NoFile(message));
+        }
+        _ => return Err(SceneError::NoFile(format!("--texture is for meshes: {name} is none"))),
+    };
+    mesh_args::cover(Arc::make_mut(geometry), &cover.texture);
+    loaded.crc = crc32fast::hash(&[loaded.crc.to_le_bytes(), cover.crc.to_le_bytes()].concat());
+    Ok(())
+}
+
 /// Reads a scene as [`read`] does, and adds every file that was read or searched to `watch`.
 pub(super) fn read_watched(
     path: &Path,
-    ReadOptions { root, meshes }: ReadOptions,
+    options: ReadOptions,
     watch: &mut Watch,
 ) -> Result<LoadedScene, SceneError> {
     watch.begin(path);
+    let mut memory = LoadMemory::new(&watch.budget.clone(), u64::MAX);
+    let cover = match &options.meshes.texture {
+        Some(picture) => {
+            watch.add(picture.clone());
+            Some(read_cover(picture, &mut memory)?)
+        }
+        None => None,
+    };
+    let name = path.display().to_string();
+    let mut loaded = match built_in(path) {
+        Some(model) => {
+            let smoothing = options.meshes.smoothing();
+            let loaded = model.load(smoothing, memory).map_err(SceneError::Refused)?;
+            if options.meshes.smooth.is_some() && !matches!(loaded.file, SceneFile::Mesh { .. }) {
+                return Err(not_smoothed(&name));
+            }
+            loaded
+        }
+        None => read_file(path, options, watch, memory)?,
+    };
+    if let Some(cover) = &cover {
+        apply_cover(cover, &mut loaded, &name)?;
+    }
+    Ok(loaded)
+}
+
+/// Reads the scene of a file.
+fn read_file(
+    path: &Path,
+    ReadOptions { root, meshes }: ReadOptions,
+    watch: &mut Watch,
+    memory: LoadMemory,
+) -> Result<LoadedScene, SceneError> {
     let name = path.display().to_string();
     let budget = watch.budget.clone();
-    let memory = LoadMemory::new(&budget, u64::MAX);
     let (format, bytes, _held) = read_bytes(path, meshes, &memory)?;
     let has_root = root.is_some();
     let root = Root::of(path, root)?;

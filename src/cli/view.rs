@@ -4,7 +4,7 @@ use super::frame_clock::FrameClock;
 use super::mesh_args::MeshArgs;
 use super::play::{open_stream, size_of_stream};
 use super::render_args::RenderArgs;
-use super::scene_file::{self, ReadOptions, SceneError, SceneFile, Watch};
+use super::scene_file::{self, ReadOptions, SceneError, Watch};
 use super::view_web::ViewerPage;
 use super::web::WebArgs;
 use super::{FrameSize, Status, check_picture, say_as_program, signals};
@@ -14,7 +14,7 @@ use crate::save::{self, Movie, MovieFormat};
 use crate::server::{Engine, Limits, Notice, worker_pool};
 use crate::viewer::{Model, Split, Viewer, ViewerOptions, help_lines};
 use clap::{Args, ValueEnum};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -28,9 +28,12 @@ const WATCH_EVERY: Duration = Duration::from_millis(250);
 #[derive(Debug, Args)]
 pub struct ViewArgs {
     /// File to look at: .gltf, .glb, .x3d, .x3dz, .obj, .stl, .ply, .json for N dimensions, anything
-    /// else is a stream of commands
-    #[arg(value_name = "FILE")]
-    file: PathBuf,
+    /// else is a stream of commands; or a built-in model, as teapot
+    #[arg(value_name = "FILE", required_unless_present = "list")]
+    file: Option<PathBuf>,
+    /// Print the names of the built-in models
+    #[arg(long, exclusive = true)]
+    list: bool,
     /// The frame's size [default: 640x480, or what fits an N-dimensional screen]
     #[arg(long, value_name = "WxH")]
     size: Option<FrameSize>,
@@ -97,6 +100,9 @@ pub(super) fn keys_help() -> String {
 impl ViewArgs {
     /// Shows the file until the window is closed, and returns the exit status.
     pub(super) fn run(self) -> Status {
+        if self.list {
+            return scene_file::list_models();
+        }
         match self.view() {
             Ok(status) => status,
             Err(error) => error.say(),
@@ -106,6 +112,10 @@ impl ViewArgs {
     /// Returns whether the bytes of the pictures are kept, for other programs to compare.
     fn keeps_bytes(&self) -> bool {
         (self.headless && !self.web.is_wanted()) || self.snap.is_some() || self.movie.is_some()
+    }
+
+    fn file(&self) -> &Path {
+        self.file.as_deref().unwrap_or(Path::new(""))
     }
 
     fn is_studio(&self) -> bool {
@@ -152,7 +162,7 @@ impl ViewArgs {
             }
             None => None,
         };
-        let name = self.file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let name = self.file().file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         let options = ViewerOptions {
             name,
             size: [width, height],
@@ -166,11 +176,11 @@ impl ViewArgs {
             renderer: self.drawing.renderer_within(&budget),
             pool: Executor::of_pool(worker_pool(None)),
         };
-        let refused = |e: String| SceneError::Refused(format!("{}: {e}", self.file.display()));
+        let refused = |e: String| SceneError::Refused(format!("{}: {e}", self.file().display()));
         let mut viewer = Viewer::new(model, options).map_err(refused)?;
         let page = web.map(|web| ViewerPage::start(web, &viewer)).transpose().map_err(bad)?;
         let is_shown = self.show(&mut viewer, movie, watch, page)?;
-        let (name, notices) = (self.file.display().to_string(), viewer.take_notices());
+        let (name, notices) = (self.file().display().to_string(), viewer.take_notices());
         notices.iter().for_each(|notice| say_as_program(notice.play_line(&name)));
         let is_refused = notices.iter().any(|notice| matches!(notice, Notice::Refused(_)));
         if let Some(path) = &self.snap {
@@ -181,21 +191,16 @@ impl ViewArgs {
 
     /// Reads the file as a model for the viewer.
     fn read(&self, watch: &mut Watch, size: Option<[u32; 2]>) -> Result<Model, SceneError> {
-        if scene_file::is_scene(&self.file)? {
+        if scene_file::is_scene(self.file())? {
             let options = ReadOptions { root: self.root.as_deref(), meshes: &self.meshes };
-            let loaded = scene_file::read_watched(&self.file, options, watch)?;
+            let loaded = scene_file::read_watched(self.file(), options, watch)?;
             watch.hold(loaded.held);
-            return Ok(match loaded.file {
-                SceneFile::Mesh { geometry, is_open } => Model::Mesh { geometry, is_open },
-                SceneFile::X3d(document) => Model::X3d(document),
-                SceneFile::Gltf(document) => Model::Gltf(document),
-                SceneFile::Eye(scene) => Model::Eye(scene),
-            });
+            return Ok(Model::from(loaded.file));
         }
-        let name = self.file.display().to_string();
+        let name = self.file().display().to_string();
         let no_file = |e: std::io::Error| SceneError::NoFile(format!("{name}: {e}"));
-        watch.begin(&self.file);
-        let (mut file, _) = open_stream(&self.file, &name).map_err(SceneError::NoFile)?;
+        watch.begin(self.file());
+        let (mut file, _) = open_stream(self.file(), &name).map_err(SceneError::NoFile)?;
         let mut bytes = Vec::new();
         std::io::Read::read_to_end(&mut file, &mut bytes).map_err(no_file)?;
         let bytes: Arc<[u8]> = bytes.into();
@@ -225,6 +230,7 @@ impl ViewArgs {
                     ("--smooth", self.meshes.smooth.is_some()),
                     ("--cull", self.meshes.cull.is_some()),
                     ("--point-size", self.meshes.point_size.is_some()),
+                    ("--texture", self.meshes.texture.is_some()),
                     ("--strict", self.meshes.strict),
                     ("--root", self.root.is_some()),
                     ("--time", self.time != 0.0),
@@ -246,7 +252,7 @@ impl ViewArgs {
         match flags.iter().find(|(_, is_given)| *is_given) {
             None => Ok(()),
             Some((flag, _)) => {
-                let file = self.file.display();
+                let file = self.file().display();
                 Err(SceneError::NoFile(format!("{flag} does nothing here: {file} is {kind}")))
             }
         }
@@ -255,7 +261,7 @@ impl ViewArgs {
     /// Returns the frame size that a stream states, as `play` takes it.
     fn stated_size(&self, model: &Model) -> Result<Option<FrameSize>, SceneError> {
         let Model::Stream(bytes, _) = model else { return Ok(None) };
-        size_of_stream(bytes).map_err(|e| SceneError::NoFile(format!("{}: {e}", self.file.display())))
+        size_of_stream(bytes).map_err(|e| SceneError::NoFile(format!("{}: {e}", self.file().display())))
     }
 
     /// Shows the viewer in a window, in the browser, or draws its frames without one. Returns whether
@@ -360,7 +366,7 @@ impl ViewArgs {
                 clock.end_frame();
             }
             if let Some(failure) = viewer.failure() {
-                say_as_program(format_args!("{}: {failure}", self.file.display()));
+                say_as_program(format_args!("{}: {failure}", self.file().display()));
                 return Ok(false);
             }
             if let Some(movie) = &mut movie {
@@ -396,7 +402,7 @@ impl ViewArgs {
     ) -> Result<(), Box<NoWindow>> {
         let size = [viewer.shown().width(), viewer.shown().height()];
         let mut options = crate::window::ViewerOptions {
-            title: format!("fbptr view {}", self.file.display()),
+            title: format!("fbptr view {}", self.file().display()),
             crt: self.crt,
             is_smooth: self.is_studio(),
             save_dir: self.save_dir.clone(),

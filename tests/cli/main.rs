@@ -3,6 +3,7 @@
 
 mod api;
 mod batch;
+mod blocks;
 mod claims;
 mod demos;
 mod docs;

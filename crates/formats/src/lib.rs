@@ -5,6 +5,7 @@
 //! |---|---|
 //! | [`load`] | OBJ, MTL, STL, PLY, X3D, glTF, textures; folders that strangers may name files in |
 //! | [`save`] | pictures, movies that are complete after every frame, the golden comparison |
+//! | [`models`] | built-in models, which need no file |
 //! | [`animation`] | frame k of a scene file: at its time, on its turntable, or turned in N dimensions |
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
@@ -13,4 +14,5 @@
 
 pub mod animation;
 pub mod load;
+pub mod models;
 pub mod save;

@@ -89,16 +89,11 @@ impl Make {
     /// Returns the settings of the demo scene. Without rotations by the user a shape is rotated in
     /// its first `dim` dimensions.
     fn demo(&self, dim: usize) -> Result<DemoScene, String> {
-        let usual = if dim == 2 { "320" } else { "320x240" };
-        let askew = [(0, 1, 30.0), (0, 2, 20.0), (1, 3, 40.0), (0, 3, 25.0), (2, 4, 35.0), (0, 4, 15.0)];
-        let turns = match self.turn.is_empty() {
-            true => askew.into_iter().filter(|&(_, b, _)| b < dim).collect(),
-            false => turns(&self.turn)?,
-        };
+        let usual = DemoScene::of_dim(dim);
         Ok(DemoScene {
-            pixels: pixels(self.pixels.as_deref().unwrap_or(usual))?,
+            pixels: self.pixels.as_deref().map_or(Ok(usual.pixels), pixels)?,
             aperture_tan: self.aperture,
-            turns,
+            turns: if self.turn.is_empty() { usual.turns } else { turns(&self.turn)? },
         })
     }
 

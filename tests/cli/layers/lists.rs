@@ -26,7 +26,7 @@ const CORE: Edges = &[
 ];
 
 /// Imports between the parts of `fbptr-formats`.
-const FORMATS: Edges = &[("load", &["save"]), ("animation", &["load"])];
+const FORMATS: Edges = &[("load", &["save"]), ("animation", &["load"]), ("models", &["animation", "load"])];
 
 /// Imports between the parts of `fbptr-desktop`.
 const DESKTOP: Edges = &[("window", &["viewer"])];

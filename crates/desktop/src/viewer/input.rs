@@ -137,7 +137,9 @@ impl Viewer {
                 self.wishes.hides_ground = !self.wishes.hides_ground;
                 self.is_stale = true;
             }
-            _ => self.say("only meshes stand on a ground, in a window or with --studio".to_owned()),
+            _ => self.say(
+                "only meshes and glTF models stand on a ground, in a window or with --studio".to_owned(),
+            ),
         }
     }
 

@@ -31,6 +31,7 @@ pub use keys::{Action, BINDINGS, Binding, Key, Look, MOUSE, help_lines};
 pub use overlay::{Overlay, Zoom};
 pub use replay::MakeEngine;
 pub use split::Split;
+pub use time::turntable_rate;
 pub use tour::{FRAMES_PER_SECOND, MOVIE_FRAMES_PER_SECOND, MakeSizedEngine, SIZE as TOUR_SIZE};
 
 use difference::Exact;
@@ -41,6 +42,7 @@ use fbptr_core::pipeline::Renderer;
 use fbptr_core::scene::{
     Cull, Geometry, HiddenSurface, Navigator, QualityUse, ShadeMode, TextureUse, ViewOverrides,
 };
+use fbptr_formats::animation::SceneFile;
 use fbptr_formats::load::gltf::GltfDocument;
 use fbptr_formats::load::x3d::X3dDocument;
 use fbptr_server::Notice;
@@ -77,6 +79,20 @@ pub enum Model {
     /// The built-in tour, and the factory of the engines that its steps are played on.
     Tour(MakeSizedEngine),
 }
+
+impl From<SceneFile> for Model {
+    fn from(file: SceneFile) -> Self {
+        match file {
+            SceneFile::Mesh { geometry, is_open } => Model::Mesh { geometry, is_open },
+            SceneFile::X3d(document) => Model::X3d(document),
+            SceneFile::Gltf(document) => Model::Gltf(document),
+            SceneFile::Eye(scene) => Model::Eye(scene),
+        }
+    }
+}
+
+/// Frame size of models in the studio, in pixels.
+pub const STUDIO_SIZE: [u32; 2] = [960, 720];
 
 /// Settings of a new viewer.
 pub struct ViewerOptions {
@@ -248,7 +264,7 @@ impl Viewer {
     /// Returns the most suitable frame size for a model: 640x480, 960x720 in the studio, or an
     /// integer multiple of an N-dimensional screen near that.
     pub fn frame_size(model: &Model, studio: bool) -> [u32; 2] {
-        let usual = if studio { [960, 720] } else { [640, 480] };
+        let usual = if studio { STUDIO_SIZE } else { [640, 480] };
         match model {
             Model::Eye(scene) => Nd::frame_size(scene, usual),
             Model::Tour(_) => TOUR_SIZE,

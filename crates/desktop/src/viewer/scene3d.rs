@@ -43,7 +43,7 @@ pub(super) struct Space {
     /// True if the camera leaves room for the model to turn.
     has_room: bool,
     backdrop: Backdrop,
-    /// The ground under a mesh, once it was needed; `None` inside for a mesh without extent.
+    /// The ground under a model, once it was needed; `None` inside for a model without extent.
     ground: Option<Option<Ground>>,
 }
 
@@ -93,9 +93,24 @@ impl Space {
         self.has_room
     }
 
-    /// Returns whether the studio has a ground for the contents: under meshes.
+    /// Returns whether the studio has a ground for the contents: under meshes and glTF models, but
+    /// not in scenes whose author has placed a camera.
     pub fn has_ground(&self) -> bool {
-        self.studio && matches!(self.source, SceneSource::Mesh { .. })
+        self.studio
+            && match &self.source {
+                SceneSource::Mesh { .. } => true,
+                SceneSource::Gltf(document) => !document.has_camera(),
+                SceneSource::X3d(_) => false,
+            }
+    }
+
+    /// Returns the ground under the model; a moving one stands on it at the scene's start.
+    fn new_ground(&self) -> Option<Ground> {
+        match &self.source {
+            SceneSource::Mesh { geometry, .. } => Ground::under(&geometry.mesh),
+            SceneSource::Gltf(document) => Ground::under(&studio::world_mesh(&document.at(0.0, self.aspect))),
+            SceneSource::X3d(_) => None,
+        }
     }
 
     pub fn is_animated(&self) -> bool {
@@ -124,6 +139,11 @@ impl Space {
                 }
                 SceneSource::Gltf(document) => {
                     let mut scene = document.at(time, self.aspect);
+                    if self.studio && !document.has_camera() {
+                        let start = document.at(0.0, self.aspect);
+                        let own = studio::framed_scene(&start, self.aspect, self.has_room);
+                        scene.camera = own.or(scene.camera);
+                    }
                     if let (true, false, Some(camera)) = (self.studio, document.has_lights(), scene.camera) {
                         studio::light(&mut scene, &camera);
                     }
@@ -271,10 +291,13 @@ impl Space {
         }
         scene.background.color = None;
         self.backdrop.paint(&mut frame.memory);
-        if let (SceneSource::Mesh { geometry, .. }, Some(camera), false) =
-            (&self.source, &scene.camera, wishes.hides_ground)
-            && let Some(ground) = self.ground.get_or_insert_with(|| Ground::under(&geometry.mesh))
-        {
+        let (true, Some(camera), false) = (self.has_ground(), &scene.camera, wishes.hides_ground) else {
+            return;
+        };
+        if self.ground.is_none() {
+            self.ground = Some(self.new_ground());
+        }
+        if let Some(Some(ground)) = &self.ground {
             ground.paint(&mut frame.memory, camera, pool);
         }
     }

@@ -100,4 +100,11 @@ impl Viewer {
         self.refresh();
         while self.has_more_to_smooth() && self.refresh() {}
     }
+
+    /// Draws all sub-frames of the picture, also of one that moves: for the frames of a movie.
+    pub fn smooth_fully(&mut self) {
+        let was_paused = std::mem::replace(&mut self.is_paused, true);
+        self.finish_smoothing();
+        self.is_paused = was_paused;
+    }
 }

@@ -23,6 +23,11 @@ pub(super) struct Rate {
     pub(super) per_second: f64,
 }
 
+/// Returns the frames a second at which a turntable makes one turn in `frames` frames.
+pub fn turntable_rate(frames: u32) -> f64 {
+    f64::from(frames) / TURN_SECONDS
+}
+
 impl Viewer {
     /// Returns whether the contents change over time.
     pub fn is_animated(&self) -> bool {

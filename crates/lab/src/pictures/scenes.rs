@@ -80,11 +80,9 @@ fn teapot(lights: &[Light]) -> Scene {
     alone(pot, DVec3::new(0.0, 1.0, 2.2), lights)
 }
 
-/// Blender's monkey of 968 faces, whose licence lies beside it.
-const SUZANNE: &[u8] = include_bytes!("../../data/suzanne/monkey_head2.obj");
-
 fn suzanne(lights: &[Light]) -> Scene {
-    let loaded = obj::parse(SUZANNE, &mut |_| None, "monkey_head2.obj").expect("a mesh of the program's own");
+    let loaded = obj::parse(fbptr_formats::models::SUZANNE, &mut |_| None, "monkey_head2.obj")
+        .expect("a mesh of the program's own");
     alone(object("Suzanne", loaded.geometry.mesh), DVec3::new(0.7, 0.3, 2.2), lights)
 }
 

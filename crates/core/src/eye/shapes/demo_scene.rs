@@ -29,7 +29,21 @@ pub struct DemoScene {
     pub turns: Vec<(usize, usize, f64)>,
 }
 
+/// Turns of a shape that show most of its cells: two axes and an angle in degrees.
+const ASKEW: [(usize, usize, f64); 6] =
+    [(0, 1, 30.0), (0, 2, 20.0), (1, 3, 40.0), (0, 3, 25.0), (2, 4, 35.0), (0, 4, 15.0)];
+
 impl DemoScene {
+    /// Creates the usual settings for a shape of `dim` dimensions: 320x240 pixels (320 in two
+    /// dimensions), an aperture of tangent 0.4, and turns in those of its axes that exist.
+    pub fn of_dim(dim: usize) -> Self {
+        DemoScene {
+            pixels: if dim == 2 { vec![320] } else { vec![320, 240] },
+            aperture_tan: 0.4,
+            turns: ASKEW.into_iter().filter(|&(_, b, _)| b < dim).collect(),
+        }
+    }
+
     /// Creates the scene: the shape about 0, seen from a distance of 3 radii along axis 0, with a
     /// white point light to the upper left of the eye and a bluish sun from the right. Colours come
     /// from [`PALETTE`].

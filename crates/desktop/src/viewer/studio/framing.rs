@@ -43,6 +43,19 @@ pub(in crate::viewer) fn framed_scene(scene: &Scene, aspect: f64, turns: bool) -
     framed_points(points.collect(), THREE_QUARTERS, aspect, turns)
 }
 
+/// Returns the faces of all objects of a scene as one mesh of positions in world space.
+pub(in crate::viewer) fn world_mesh(scene: &Scene) -> Mesh {
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    for object in &scene.objects {
+        let mesh = &object.geometry.mesh;
+        let first = positions.len() as u32;
+        positions.extend(mesh.positions.iter().map(|p| object.model.transform_point3(*p)));
+        let position = |corner: u32| first + mesh.corners[corner as usize].position;
+        triangles.extend(mesh.triangles.iter().map(|t| t.map(position)));
+    }
+    Mesh::from_triangles(positions, &triangles)
+}
+
 /// Returns the points of a mesh that are corners of something drawn.
 fn used_points(mesh: &Mesh) -> impl Iterator<Item = DVec3> {
     let mut is_used = vec![false; mesh.positions.len()];

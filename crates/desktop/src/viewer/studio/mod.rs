@@ -15,7 +15,7 @@ mod jitter;
 
 #[cfg(test)]
 pub(super) use framing::FILL;
-pub(super) use framing::{framed_mesh, framed_scene};
+pub(super) use framing::{framed_mesh, framed_scene, world_mesh};
 pub(super) use ground::Ground;
 pub(super) use jitter::{SUBFRAMES, shifted};
 
