@@ -43,7 +43,8 @@ pub struct Play {
     /// Open no window
     #[arg(long)]
     headless: bool,
-    /// Begin paused: the full stop goes on by one command, after AUTO off to the next PRESENT, space to the end
+    /// Stop at the first picture: the full stop goes on by one command that draws, after AUTO off to the next PRESENT, space to
+    /// the end
     #[arg(long)]
     paused: bool,
     /// Write the frame at the end: .png, .ppm or .raw
@@ -268,8 +269,11 @@ impl Play {
             engine.attach(OnPresent::new(movie.on_present()));
         }
         if let Some(seen) = &seen {
-            seen.set_paused(self.paused && display.is_some());
             engine.attach(DisplayObserver::new(seen.clone()));
+            if self.paused && display.is_some() {
+                seen.set_paused(true);
+                seen.step();
+            }
         }
         let is_alone = Arc::new(AtomicBool::new(display.is_none()));
         let sampler = match (&movie, &seen) {

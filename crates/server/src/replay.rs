@@ -32,8 +32,6 @@ pub(crate) struct Replay {
     /// File contents of the recording, by id.
     contents: HashMap<u64, Arc<[u8]>>,
     has_failed: bool,
-    /// Number of commands of the streams that have ended.
-    commands: u64,
     /// Camera of the connection whose commands ran last.
     camera: Camera,
 }
@@ -77,7 +75,6 @@ impl Replay {
             has_end_mark: false,
             contents: HashMap::new(),
             has_failed: false,
-            commands: 0,
             camera: Camera::default(),
         }
     }
@@ -284,13 +281,7 @@ impl Replay {
             let _ = stream.finish(engine, EndOfInput::Stream, out);
             self.place_notices(&mut out.notices[first_notice..]);
             engine.close(stream.session_mut());
-            self.commands += stream.session().stats.commands;
         }
-    }
-
-    /// Returns the number of commands that were run or refused.
-    pub fn commands(&self) -> u64 {
-        self.commands + self.streams.values().map(|s| s.session().stats.commands).sum::<u64>()
     }
 
     /// Returns the camera of the connection whose commands ran last.

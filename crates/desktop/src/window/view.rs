@@ -297,7 +297,7 @@ impl View {
             lines.push(self.inspection(layout).unwrap_or_else(|| "pointer off the frame".into()));
         }
         if self.display.is_paused() {
-            lines.push("paused".into());
+            lines.push("paused: . is one step, space goes on".into());
         }
         if self.message.as_ref().is_some_and(|(_, at)| at.elapsed() > MESSAGE_TIME) {
             self.message = None;

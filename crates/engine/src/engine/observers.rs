@@ -28,6 +28,8 @@ impl Engine {
 
     /// Attaches an observer, which is sent all later events.
     pub fn attach(&mut self, observer: impl Observer) {
+        // A new observer takes the whole frame: what was drawn before is no later event for it.
+        self.send_changes();
         let mut observer: Box<dyn Observer> = Box::new(observer);
         observer
             .event(&Event::Attached(&self.quotas.budget), FrameView::of(&self.framebuffer, &self.counters));

@@ -279,6 +279,11 @@ impl Display {
         Some(PixelInfo { x, y, offset, rgba, depth })
     }
 
+    /// Returns the version of the shown frame; it grows with every change.
+    pub fn version(&self) -> u64 {
+        self.version.load(Ordering::Acquire)
+    }
+
     /// Returns whether streams are paused.
     pub fn is_paused(&self) -> bool {
         self.paused.load(Ordering::Acquire)
@@ -293,8 +298,8 @@ impl Display {
         self.wake();
     }
 
-    /// Runs one step of a paused stream: up to its next `PRESENT` if `AUTO` is off, one command if
-    /// it is on.
+    /// Runs one step of a paused stream: up to its next `PRESENT` if `AUTO` is off, to the next
+    /// command that changes the picture if it is on.
     pub fn step(&self) {
         self.steps_asked.fetch_add(1, Ordering::AcqRel);
         self.wake();

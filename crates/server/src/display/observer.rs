@@ -55,6 +55,8 @@ impl Observer for DisplayObserver {
                 let display = (self.display.width(), self.display.height());
                 assert_eq!(display, (frame.memory.width(), frame.memory.height()));
                 self.display.reserve_copy(budget);
+                // So that whatever is shown later is a change.
+                self.show(frame);
             }
             Event::Changed(rows) => self.unshown.add(rows),
             Event::Presented => self.show(frame),

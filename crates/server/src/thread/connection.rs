@@ -254,11 +254,6 @@ impl Connection {
         self.is_ending
     }
 
-    /// Returns the number of commands that were run or refused.
-    pub fn commands(&self) -> u64 {
-        self.stream.session().stats.commands + self.replay.as_ref().map_or(0, Replay::commands)
-    }
-
     /// Runs one slice: at most `bytes` stream bytes, within the budget. Replies go to `out`.
     /// Returns the state after it, [`StreamState::Ended`] if the connection is over.
     pub fn run(

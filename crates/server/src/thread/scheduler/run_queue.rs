@@ -2,13 +2,14 @@
 //!
 //! In: the queues of runnable connections, and the steps that the user asks of a paused display.
 //! Out: one connection and its pace. Runs on the render thread. Promises that interactive
-//! connections get every other slice at most, and that a paused display runs single steps only.
+//! connections get every other slice at most, and that a paused display runs single steps only: a
+//! step ends when the display shows something new, so commands that only set something are part of
+//! the step that follows them.
 //! Tested by `tests/serving/display.rs` and `tests/serving/fairness.rs`.
 
 use super::Scheduler;
 use crate::Pace;
 use crate::message::Id;
-use crate::thread::connection::Connection;
 
 impl Scheduler {
     /// Takes the connection that runs next from its queue, with its pace. While the display is
@@ -28,8 +29,13 @@ impl Scheduler {
 
     /// Continues the unfinished step, if its connection is runnable.
     fn continue_step(&mut self) -> Option<(Id, Pace)> {
-        let Step { id, pace, .. } = self.step?;
-        self.take_from_queue(id).then_some((id, pace))
+        let Step { id, .. } = self.step?;
+        self.take_from_queue(id).then_some((id, self.step_pace()))
+    }
+
+    /// Returns the pace of a slice of a step: to the next frame while `AUTO` is off, else one command.
+    fn step_pace(&self) -> Pace {
+        if self.engine.is_frozen() { Pace::OneFrame } else { Pace::OneCommand }
     }
 
     /// Removes a connection from its queue. Returns whether it was in one.
@@ -43,8 +49,8 @@ impl Scheduler {
         false
     }
 
-    /// Begins a step if the user asked for one: a frame if `AUTO` is off, a command otherwise. An
-    /// unfinished step, which waits for its client, is dropped.
+    /// Begins a step if the user asked for one. An unfinished step, which waits for its client, is
+    /// dropped.
     fn begin_step(&mut self) -> Option<(Id, Pace)> {
         if !self.display.as_ref().is_some_and(|display| display.take_step()) {
             return None;
@@ -54,18 +60,13 @@ impl Scheduler {
             Some(id) => self.take_from_queue(id).then_some(id)?,
             None => self.pop_next()?,
         };
-        let pace = if self.engine.is_frozen() { Pace::OneFrame } else { Pace::OneCommand };
-        let before = self.progress_of(id, pace);
-        self.step = Some(Step { id, pace, before });
-        Some((id, pace))
+        self.step = Some(Step { id, before: self.shown_version() });
+        Some((id, self.step_pace()))
     }
 
-    /// Returns a count that grows when a step of this connection is complete: frames or commands.
-    pub(super) fn progress_of(&self, id: Id, pace: Pace) -> u64 {
-        match pace {
-            Pace::OneFrame => self.engine.frames(),
-            _ => self.connections.get(&id).map_or(0, Connection::commands),
-        }
+    /// Returns the version of the shown frame, which grows when a step is complete.
+    pub(super) fn shown_version(&self) -> u64 {
+        self.display.as_ref().map_or(0, |display| display.version())
     }
 
     /// Takes the next connection from the queues; interactive ones get every other slice.
@@ -77,11 +78,10 @@ impl Scheduler {
     }
 }
 
-/// A step of a paused display: a frame or a command of one connection.
+/// A step of a paused display: commands of one connection until the display shows something new.
 #[derive(Clone, Copy)]
 pub(super) struct Step {
     pub(super) id: Id,
-    pub(super) pace: Pace,
-    /// The connection's count of frames or commands when the step began.
+    /// The version of the shown frame when the step began.
     pub(super) before: u64,
 }
