@@ -42,7 +42,7 @@ pub use commands::{
 pub use decoder::BYTE_ORDER_MARK;
 pub use decoder::{Decoder, EndOfInput, Limits};
 pub use encode::{EncodeError, MAX_LINE_BYTES, encode};
-pub use fbptr_core::memory::{parse_color, parse_light_color};
+pub use fbptr_core::memory::{color_names, parse_color, parse_light_color};
 #[doc(hidden)]
 pub use figure::DrawFigure;
 pub use framebuffer::Framebuffer;
@@ -53,4 +53,6 @@ pub use sink::{BINARY_PIXEL_BYTES, Flow, Sink, binary_pixel};
 pub use stream_error::{
     StreamError, StreamPosition, Subject, format_error, format_fault, format_play_error, format_play_fault,
 };
+#[doc(hidden)]
+pub use suggest::nearest;
 pub use verb::{Encoding, Form, Group, Parameter, ParameterKind, Payload, Reach, Reply, Verb};

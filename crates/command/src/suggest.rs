@@ -10,19 +10,25 @@ const MAX_WORD: usize = 16;
 /// replaced, or two exchanged), or two for words of five letters and more. `None` if there is none,
 /// or if several are equally near.
 pub(super) fn nearest_verb(word: &str) -> Option<&'static str> {
-    let upper = word.to_ascii_uppercase();
-    if upper.len() < 2 || upper.len() > MAX_WORD || !upper.is_ascii() {
+    nearest(word, Verb::all().iter().map(|verb| verb.name))
+}
+
+/// Returns the one of some names, all in one case, that is nearest to `word` in either case, by the
+/// rule of [`nearest_verb`].
+pub fn nearest<'a>(word: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    if word.len() < 2 || word.len() > MAX_WORD || !word.is_ascii() {
         return None;
     }
+    let upper = word.to_ascii_uppercase();
     let allowed = if upper.len() < 5 { 1 } else { 2 };
-    let mut nearest: Option<(usize, &'static str)> = None;
+    let mut nearest: Option<(usize, &str)> = None;
     let mut is_alone = true;
-    for verb in Verb::all() {
-        let distance = edits(upper.as_bytes(), verb.name.as_bytes());
+    for name in names {
+        let distance = edits(upper.as_bytes(), name.to_ascii_uppercase().as_bytes());
         match nearest {
             Some((best, _)) if distance > best => {}
             Some((best, _)) if distance == best => is_alone = false,
-            _ => (nearest, is_alone) = (Some((distance, verb.name)), true),
+            _ => (nearest, is_alone) = (Some((distance, name)), true),
         }
     }
     nearest.filter(|(distance, _)| *distance <= allowed && is_alone).map(|(_, name)| name)

@@ -7,7 +7,7 @@ use crate::command::{Encoding, Payload, Verb};
 
 /// Words to the prompt itself: what is typed, and what it does.
 pub(super) const OWN_WORDS: [(&str, &str); 7] = [
-    ("help [VERB]", "lists the commands, or explains one"),
+    ("help [WORD]", "lists the commands, or explains one or a topic (3-D, colour)"),
     ("undo [N]", "takes back the last command, or the last N"),
     ("redo [N]", "does again what was taken back"),
     ("list", "shows the commands so far"),

@@ -9,18 +9,18 @@ mod file;
 mod line;
 mod prompt;
 mod session;
+mod teach;
 mod terminal;
 
 use super::render_args::RenderArgs;
 use super::{FrameSize, Status, check_picture, output, say_as_program, signals};
-use crate::command::help_on;
 use crate::memory::VideoMemory;
 use crate::save::{self, SnapshotFormat};
 use crate::server::{Display, DisplayObserver, Engine, Limits, Server};
 use clap::Args;
-use connection::Line;
+use connection::{Answers, Line};
 use file::Stream;
-use line::{CommandLine, OWN_WORDS, Typed, TypedPayload};
+use line::{CommandLine, Typed, TypedPayload};
 use prompt::Prompt;
 use session::Session;
 use std::io::IsTerminal;
@@ -214,11 +214,12 @@ fn converse(
                 Ok(bytes) => {
                     let answers = session.run(bytes).map_err(broken)?;
                     answers.lines.iter().for_each(|line| output::print(format!("{}\n", line.text)));
+                    hint(command.words, &answers);
                     Ok(!answers.is_refused)
                 }
                 Err(message) => Err(message),
             },
-            Ok(own) => obey(&own, &mut session).map(|()| true),
+            Ok(own) => obey(&own, &mut session, &mut prompt).map(|()| true),
             Err(message) => Err(message),
         };
         match done {
@@ -233,22 +234,18 @@ fn converse(
 }
 
 /// Does what a word to the prompt itself asks for.
-fn obey(word: &Typed<'_>, session: &mut Session) -> Result<(), String> {
+fn obey(word: &Typed<'_>, session: &mut Session, prompt: &mut Prompt) -> Result<(), String> {
     let broken = |e: std::io::Error| format!("the render thread cannot be reached: {e}");
     match word {
-        Typed::Help(None) => {
-            let answers = session.run(b"HELP\n".to_vec()).map_err(broken)?;
-            answers.lines.iter().for_each(|line| output::print(format!("{}\n", line.text)));
-            output::print("The prompt's own words:\n");
-            for (form, about) in OWN_WORDS {
-                output::print(format!("{form}: {about}\n"));
-            }
-            output::print("A command whose payload is a file ends in < FILE: TEX stone < stone.png\n");
-        }
-        Typed::Help(Some(verb)) => output::print(explain(verb)?),
+        Typed::Help(None) => return page(&teach::overview(), prompt),
+        Typed::Help(Some(word)) => return page(&teach::on(word)?, prompt),
         Typed::Undo(count) => {
-            if session.undo(*count).map_err(broken)? == 0 {
+            let taken = session.undo(*count).map_err(broken)?;
+            if taken.is_empty() {
                 return Err("there is nothing to undo".to_owned());
+            }
+            if std::io::stdin().is_terminal() {
+                taken.iter().for_each(|line| output::print(format!("took back: {line}\n")));
             }
         }
         Typed::Redo(count) => {
@@ -264,22 +261,44 @@ fn obey(word: &Typed<'_>, session: &mut Session) -> Result<(), String> {
     Ok(())
 }
 
+/// Prints what may have been meant by a command.
+fn hint(words: &str, answers: &Answers) {
+    let hint = match answers.is_refused {
+        true => {
+            let text: Vec<&str> = answers.lines.iter().map(|line| line.text.as_str()).collect();
+            teach::after_refusal(words, &text.join("\n"))
+        }
+        false => teach::after_success(words),
+    };
+    hint.iter().for_each(|hint| output::print(format!("{hint}\n")));
+}
+
+/// Number of lines that are printed at once on a terminal.
+const PAGE_LINES: usize = 22;
+
+/// Prints a text; on a terminal page by page.
+fn page(text: &str, prompt: &mut Prompt) -> Result<(), String> {
+    let lines: Vec<&str> = text.lines().collect();
+    let is_terminal = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
+    let length = if is_terminal { PAGE_LINES } else { lines.len().max(1) };
+    let mut pages = lines.chunks(length).peekable();
+    while let Some(page) = pages.next() {
+        output::print(page.join("\n") + "\n");
+        if pages.peek().is_some() {
+            match prompt.ask("Enter shows more, q ends> ")? {
+                prompt::Typed::Line(line) if line.trim().is_empty() => {}
+                _ => break,
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Writes the picture to a file.
 fn snap(session: &Session, path: &Path) -> Result<(), String> {
     SnapshotFormat::of_path(path).map_err(|e| e.to_string())?;
     let picture = session.picture()?;
     save::to_path(&picture, path).map_err(|e| e.to_string())
-}
-
-/// Returns the forms of a verb, or of the prompt's own word, with an example.
-fn explain(word: &str) -> Result<String, String> {
-    if let Some((form, about)) = OWN_WORDS
-        .iter()
-        .find(|(form, _)| form.split(' ').next().is_some_and(|w| w.eq_ignore_ascii_case(word)))
-    {
-        return Ok(format!("{form}: {about}\n"));
-    }
-    help_on(word).map_err(|fault| format!("{}; help lists all verbs", fault.message))
 }
 
 /// Returns the bytes of a typed command with its payload.

@@ -60,11 +60,21 @@ impl Prompt {
         if let Some(line) = self.pasted.pop_front() {
             return Ok(Typed::Line(line));
         }
+        self.ask(prompt)
+    }
+
+    /// Reads a line that is typed after this moment: pasted lines stay for later.
+    ///
+    /// # Errors
+    /// A message if standard input cannot be read.
+    pub fn ask(&mut self, prompt: &str) -> Result<Typed, String> {
         match self.terminal.while_reading(|| self.editor.readline(prompt)) {
             Ok(text) => {
                 // A terminal that marks what is pasted gives all of its lines as one.
-                self.pasted.extend(text.lines().map(str::to_owned));
-                Ok(Typed::Line(self.pasted.pop_front().unwrap_or_default()))
+                let mut lines = text.lines().map(str::to_owned);
+                let first = lines.next().unwrap_or_default();
+                self.pasted.extend(lines);
+                Ok(Typed::Line(first))
             }
             Err(ReadlineError::Interrupted) => Ok(Typed::Dropped),
             Err(ReadlineError::Eof) => Ok(Typed::End),
@@ -144,7 +154,9 @@ fn complete(line: &str, names: &[String]) -> (usize, Vec<String>) {
             return (start, files(begun));
         }
         Some(word) if word.eq_ignore_ascii_case("help") => {
-            Verb::all().iter().map(|verb| verb.name.to_owned()).collect()
+            let topics = ["pixels", "memory", "2-D", "3-D", "control", "colour", "all"];
+            let verbs = Verb::all().iter().map(|verb| verb.name);
+            verbs.chain(topics).map(str::to_owned).collect()
         }
         Some(word) => Verb::find(word.as_bytes()).map_or_else(Vec::new, |verb| words_of(verb, names)),
     };

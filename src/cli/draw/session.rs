@@ -72,18 +72,19 @@ impl Session {
         Ok(answers)
     }
 
-    /// Takes back the last `count` commands, and returns how many there were.
+    /// Takes back the last `count` commands, and returns the first line of each, the last one first.
     ///
     /// # Errors
     /// If there is no new connection.
-    pub fn undo(&mut self, count: usize) -> io::Result<usize> {
+    pub fn undo(&mut self, count: usize) -> io::Result<Vec<String>> {
         let kept = self.steps.len().saturating_sub(count);
-        let taken = self.steps.len() - kept;
-        self.undone.extend(self.steps.drain(kept..).rev());
-        if taken > 0 {
+        let taken: Vec<Vec<u8>> = self.steps.drain(kept..).rev().collect();
+        let lines = taken.iter().map(|step| first_line(step).into_owned()).collect();
+        if !taken.is_empty() {
+            self.undone.extend(taken);
             self.redraw()?;
         }
-        Ok(taken)
+        Ok(lines)
     }
 
     /// Runs the last `count` commands again that were taken back, and returns how many there were.
@@ -102,10 +103,7 @@ impl Session {
 
     /// Returns the commands so far, one line each; payloads are left out.
     pub fn list(&self) -> impl Iterator<Item = std::borrow::Cow<'_, str>> {
-        self.steps.iter().map(|step| {
-            let line = step.split(|b| *b == b'\n').next().unwrap_or_default();
-            String::from_utf8_lossy(line)
-        })
+        self.steps.iter().map(|step| first_line(step))
     }
 
     /// Returns the commands so far as a stream.
@@ -190,6 +188,11 @@ impl Session {
         }
         names
     }
+}
+
+/// Returns the first line of a command with its payload.
+fn first_line(step: &[u8]) -> std::borrow::Cow<'_, str> {
+    String::from_utf8_lossy(step.split(|b| *b == b'\n').next().unwrap_or_default())
 }
 
 /// Removes the size that a stream's first command states: here it would not be the first. Returns

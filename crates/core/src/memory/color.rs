@@ -123,6 +123,11 @@ fn named(word: &[u8]) -> Option<Rgba> {
 /// Length in bytes of `lightgoldenrodyellow`, the longest name.
 const MAX_NAME: usize = 20;
 
+/// Returns the names of CSS colours, in lower case, sorted.
+pub fn color_names() -> impl Iterator<Item = &'static str> {
+    NAMES.iter().map(|(name, _)| *name)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

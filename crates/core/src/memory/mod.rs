@@ -23,7 +23,7 @@ mod video;
 pub use budget::{MemoryBudget, MemoryUse, OverBudget, Reservation};
 #[doc(hidden)]
 pub use color::read_hex;
-pub use color::{parse_color, parse_light_color};
+pub use color::{color_names, parse_color, parse_light_color};
 pub use compositing::over;
 pub(crate) use compositing::{blend, opaque};
 pub(crate) use depth::DepthCells;

@@ -335,9 +335,8 @@ impl Scheduler {
         }
         // A step takes as many slices and batches as it needs; it is over, too, when its connection
         // ends.
-        let is_over = |step: &Step| {
-            !self.connections.contains_key(&step.id) || self.shown_version() > step.before
-        };
+        let is_over =
+            |step: &Step| !self.connections.contains_key(&step.id) || self.shown_version() > step.before;
         if self.step.as_ref().is_some_and(is_over) {
             self.step = None;
         }
