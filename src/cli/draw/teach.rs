@@ -23,7 +23,7 @@ const MEANINGS: [(&[&str], &str); 20] = [
     (&["disc", "disk", "dot", "filledcircle"], "FILLCIRCLE cx cy r c fills a disc, CIRCLE draws its outline"),
     (&["pixel", "point", "plot", "putpixel", "set", "pset"], "PX x y colour sets a pixel"),
     (&["triangle"], "FILL x0 y0 x1 y1 x2 y2 c fills a triangle, in one colour or three"),
-    (&["polygon", "poly", "polyline"], "FILLPOLY fills a polygon, POLY draws its outline"),
+    (&["polygon", "polyline"], "FILLPOLY fills a polygon, POLY draws its outline"),
     (&["oval", "ellipsoid"], "ELLIPSE cx cy rx ry c draws an ellipse"),
     (&["write", "label", "string", "say"], "PRINT x y colour words writes a line of text"),
     (&["background", "erase", "cls", "fillscreen", "bg"], "CLEAR colour fills the frame"),
