@@ -30,7 +30,7 @@ const MEANINGS: [(&[&str], &str); 20] = [
     (&["stroke", "segment", "lineto"], "LINE x0 y0 x1 y1 c draws a line"),
     (&["thick", "width", "linewidth"], "WIDELINE x0 y0 x1 y1 width c draws a thick line"),
     (
-        &["image", "picture", "sprite", "drawimage"],
+        &["picture", "sprite", "drawimage"],
         "TEX name < FILE reads a picture, STAMP or BLIT draws one",
     ),
     (&["cube"], "MESH name BOX makes a cube, DRAW name draws it"),
