@@ -148,7 +148,7 @@ impl Scene {
         turns: Vec<String>,
         threads: usize,
     ) -> PyResult<Self> {
-        let known = "x3d, x3dz, gltf, glb, obj, stl, ply or json";
+        let known = "x3d, x3dz, x3dv, x3dvz, wrl, wrz, gltf, glb, obj, stl, ply or json";
         let format = SceneFormat::of_ending(format)
             .ok_or_else(|| value_error(format!("expected the format {known}, found {format:?}")))?;
         if frames == 0 || !(fps.is_finite() && fps > 0.0 && time.is_finite()) {

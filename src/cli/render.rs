@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 /// Render a scene file.
 #[derive(Debug, Args)]
 pub struct Render {
-    /// The scene: .gltf, .glb, .x3d, .x3dz, .obj, .stl, .ply, or .json for N dimensions
+    /// The scene: .gltf, .glb, .x3d, .x3dz, .x3dv, .wrl, .obj, .stl, .ply, or .json for N dimensions
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
     /// The picture: .png, .ppm or .raw; with --frames a movie too: .gif, .apng, .y4m, or - for y4m on standard output
@@ -252,7 +252,8 @@ impl Render {
         // What changes a frame beside the options of the animation.
         // Recipes of before the option stay valid.
         let points = self.meshes.point_size.map_or(String::new(), |size| format!(" points {size}"));
-        let more = format!("{:?} {:?}{points}", self.meshes.smoothing(), self.max_error);
+        let reading = self.meshes.reading().map_or(String::new(), |reading| format!(" {reading:?}"));
+        let more = format!("{:?} {:?}{points}{reading}", self.meshes.smoothing(), self.max_error);
         let recipe = animation.recipe(crc, &more);
         let (out, depth_out) = (self.out.as_deref(), self.depth_out.as_deref());
         RenderOutput::open(out, depth_out, self.frames, self.shard, animation, recipe)
