@@ -263,7 +263,7 @@ impl<'s> Parser<'s> {
         }
         let value = self.value(name)?;
         let is_given =
-            |f: &Field| f.name.text == name.text && !matches!(f.value, Value::Nodes(_) | Value::Empty);
+            |f: &Field| f.name.text == name.text && !matches!(f.value, Value::Nodes(_) | Value::Empty | Value::Is(_));
         if node.fields.iter().any(is_given) {
             let expected = format!("the field {} once in this node", name.text);
             return Err(self.lexer.source.refuse(name.at, expected));
