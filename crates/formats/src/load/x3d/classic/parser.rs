@@ -262,8 +262,9 @@ impl<'s> Parser<'s> {
             return Err(self.lexer.source.too_big(name.at, "fields of one node", found, limit));
         }
         let value = self.value(name)?;
-        let is_given =
-            |f: &Field| f.name.text == name.text && !matches!(f.value, Value::Nodes(_) | Value::Empty | Value::Is(_));
+        let is_given = |f: &Field| {
+            f.name.text == name.text && !matches!(f.value, Value::Nodes(_) | Value::Empty | Value::Is(_))
+        };
         if node.fields.iter().any(is_given) {
             let expected = format!("the field {} once in this node", name.text);
             return Err(self.lexer.source.refuse(name.at, expected));
