@@ -39,7 +39,7 @@ fn on_circle(angle_rad: f64, radius: f64) -> DVec2 {
 fn arc(view: &GraphView, id: NodeId, radius: f64) -> Option<Vec<DVec2>> {
     let [start, end] = ["startAngle", "endAngle"].map(|field| view.real(id, field));
     let sweep = end - start;
-    if sweep == 0.0 || !(sweep.abs() < 2.0 * PI) {
+    if sweep == 0.0 || sweep.abs() >= 2.0 * PI {
         return None;
     }
     let sweep = if sweep < 0.0 { sweep + 2.0 * PI } else { sweep };
