@@ -320,7 +320,7 @@ fn text_is_set_by_its_font_style() {
     let near = |a: f64, b: f64| assert!((a - b).abs() < 0.01, "{a} is not {b}");
     // Capitals stand on the baseline, 0.73 of the size high; characters have their own widths.
     let (low, high) = bounds("<Text string='\"HH\"'/>");
-    assert_eq!((low.y, high.y), (0.0, 187.0 / 256.0));
+    assert_eq!((low.y, high.y), (0.0, 146.0 / 200.0));
     assert!(low.x >= 0.0 && high.x <= 1.8 && high.x > 1.5);
     assert!(bounds("<Text string='\"ll\"'/>").1.x < 0.7);
     let style = "<FontStyle size='4' justify='\"MIDDLE\" \"MIDDLE\"'/>";

@@ -149,9 +149,15 @@ impl<'s> Writer<'s> {
         }
     }
 
+    fn begin_attribute(&mut self, name: &str) {
+        self.raw(" ");
+        self.raw(name);
+        self.raw("=\"");
+    }
+
     fn attributes(&mut self, all: &[(&str, &str)]) {
         for (name, value) in all {
-            self.raw(&format!(" {name}=\""));
+            self.begin_attribute(name);
             self.escaped(value);
             self.raw("\"");
         }
@@ -164,7 +170,7 @@ impl<'s> Writer<'s> {
         {
             return;
         }
-        self.raw(&format!(" {name}=\""));
+        self.begin_attribute(name);
         match value {
             Value::Words(words) => {
                 self.from(words.at, words.text.len());
@@ -279,7 +285,11 @@ impl<'s> Writer<'s> {
         }
         match is_instance {
             true => self.raw("</ProtoInstance>"),
-            false => self.raw(&format!("</{}>", xml_name(ty))),
+            false => {
+                self.raw("</");
+                self.raw(&xml_name(ty));
+                self.raw(">");
+            }
         }
     }
 

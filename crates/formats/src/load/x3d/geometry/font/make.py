@@ -13,8 +13,8 @@ from fontTools.pens.recordingPen import DecomposingRecordingPen
 from fontTools.ttLib import TTFont
 from shapely import LineString, Polygon, ops, unary_union
 
-EM = 256
-TOLERANCE = 0.8
+EM = 200
+TOLERANCE = 1.0
 MARKS = [0x300, 0x301, 0x302, 0x303, 0x308, 0x30A, 0x327]
 OTHERS = "¡«°·»¿ÆØßæø×–—‘’“”…€"
 CODES = [*range(0x20, 0x7F), 0x131, *MARKS, *map(ord, OTHERS)]
