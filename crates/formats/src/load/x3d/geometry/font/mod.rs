@@ -11,6 +11,7 @@
 //! points and their steps in x and y from the point before. The unit is 1/200 em.
 
 use glam::DVec2;
+use std::collections::HashMap;
 use std::sync::LazyLock;
 
 /// Height above the baseline and depth below it: together one em.
@@ -36,10 +37,7 @@ pub(super) enum Face {
     Sans,
 }
 
-/// Glyphs of a face: few enough to be searched one by one.
-type Glyphs = Vec<(char, Glyph)>;
-
-static FACES: LazyLock<[Glyphs; 2]> = LazyLock::new(|| read(include_bytes!("glyphs.bin")));
+static FACES: LazyLock<[HashMap<char, Glyph>; 2]> = LazyLock::new(|| read(include_bytes!("glyphs.bin")));
 
 /// Letters with an accent: the letters, and for each mark the letters that it makes of them.
 const ACCENTED: [(&str, char, &str); 14] = [
@@ -73,14 +71,14 @@ fn number(bytes: &[u8], at: &mut usize) -> i32 {
     (value >> 1) as i32 ^ -((value & 1) as i32)
 }
 
-fn read(bytes: &[u8]) -> [Glyphs; 2] {
+fn read(bytes: &[u8]) -> [HashMap<char, Glyph>; 2] {
     let code = |k: usize| u16::from_le_bytes([bytes[2 * k], bytes[2 * k + 1]]);
     let codes: Vec<char> =
         (1..=usize::from(code(0))).filter_map(|k| char::from_u32(code(k).into())).collect();
     let mut at = 2 + 2 * codes.len();
     [(); 2].map(|()| {
-        let mut face: Glyphs = codes.iter().map(|c| (*c, glyph_at(bytes, &mut at))).collect();
-        face.extend(composed(&face));
+        let mut face: HashMap<char, Glyph> = codes.iter().map(|c| (*c, glyph_at(bytes, &mut at))).collect();
+        compose(&mut face);
         face
     })
 }
@@ -103,25 +101,18 @@ fn middle(glyph: &Glyph) -> f64 {
     (xs().fold(f64::INFINITY, f64::min) + xs().fold(f64::NEG_INFINITY, f64::max)) / 2.0
 }
 
-fn find(face: &[(char, Glyph)], character: char) -> Option<&Glyph> {
-    face.iter().find(|(c, _)| *c == character).map(|(_, glyph)| glyph)
-}
-
-/// Returns the letters with an accent of a face.
-fn composed(face: &[(char, Glyph)]) -> Glyphs {
-    let mut all = Vec::new();
+/// Adds the letters with an accent to a face.
+fn compose(face: &mut HashMap<char, Glyph>) {
     for (letters, mark, made) in ACCENTED {
         for (letter, made) in letters.chars().zip(made.chars()) {
-            let (Some(glyph), Some(over)) = (find(face, letter), find(face, mark)) else { continue };
-            let mut glyph = glyph.clone();
+            let (mut glyph, over) = (face[&letter].clone(), &face[&mark]);
             let raise = if letter.is_uppercase() && mark != '\u{327}' { CAPITAL_RAISE } else { 0.0 };
             let shift = DVec2::new(middle(&glyph) - middle(over), raise);
             let moved = over.polygons.iter().map(|p| p.iter().map(|at| *at + shift).collect());
             glyph.polygons.extend(moved.collect::<Vec<_>>());
-            all.push((made, glyph));
+            face.insert(made, glyph);
         }
     }
-    all
 }
 
 /// Returns a character of a face: a space for a line end and the like, a box where it is missing.
@@ -139,7 +130,7 @@ pub(super) fn glyph(face: Face, character: char) -> &'static Glyph {
         Glyph { advance: 0.6, polygons: sides.into() }
     });
     let character = if character.is_whitespace() { ' ' } else { character };
-    find(&FACES[face as usize], character).unwrap_or(&BOX)
+    FACES[face as usize].get(&character).unwrap_or(&BOX)
 }
 
 #[cfg(test)]
