@@ -93,7 +93,7 @@ fn format_of(word: &str, name: &str) -> PyResult<Format> {
         let unknown = || value_error(format!("there is no built-in model {name:?}; fbptr.models() lists them"));
         return models::named(name).map(Format::BuiltIn).ok_or_else(unknown);
     }
-    let known = "x3d, x3dz, gltf, glb, obj, stl, ply or json";
+    let known = "x3d, x3dz, x3dv, x3dvz, wrl, wrz, gltf, glb, obj, stl, ply or json";
     let unknown = || value_error(format!("expected the format {known}, found {word:?}"));
     SceneFormat::of_ending(word).map(Format::File).ok_or_else(unknown)
 }

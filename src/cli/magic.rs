@@ -5,7 +5,7 @@
 //! another format would be refused line by line.
 
 use super::say_as_program;
-use crate::load::{MeshFormat, gltf};
+use crate::load::{MeshFormat, gltf, x3d};
 use std::fmt;
 use std::fs::File;
 use std::io::{self, Read};
@@ -19,7 +19,7 @@ const FIRST_BYTES: u64 = 64 << 10;
 /// Detected format of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Content {
-    /// X3D in XML, plain or compressed.
+    /// X3D in XML or the classic encoding, or VRML 97, plain or compressed.
     X3d,
     /// glTF 2.0, as JSON or binary.
     Gltf,
@@ -60,8 +60,7 @@ const BEGINNINGS: &[(&[u8], &str)] = &[
     (b"BLENDER", "a Blender file"),
     (b"#USDA", "a USD scene"),
     (b"PXR-USDC", "a USD scene"),
-    (b"#VRML V", "a VRML scene"),
-    (b"#X3D V", "an X3D scene in the classic encoding"),
+    (b"#VRML V1", "a VRML 1.0 scene"),
     (b"PK\x03\x04", "a ZIP archive"),
     (b"BZh", "a bzip2 file"),
     (b"\xfd7zXZ\0", "an xz file"),
@@ -175,9 +174,9 @@ impl<R: Read> CommandInput<R> {
 
 /// Returns whether these bytes are fewer than tell a format, all of whose files begin with them.
 fn may_begin(first: &[u8]) -> bool {
-    let gltf = (gltf::MAGIC, "");
     let begins = |magic: &[u8]| magic.len() > first.len() && magic.starts_with(first);
-    BEGINNINGS.iter().chain([&gltf]).any(|(magic, _)| begins(magic))
+    let scenes = x3d::CLASSIC_HEADERS.into_iter().chain([gltf::MAGIC]);
+    BEGINNINGS.iter().map(|(magic, _)| *magic).chain(scenes).any(begins)
 }
 
 /// Detects the format of a file of `length` bytes that begins with `first`.
@@ -187,6 +186,9 @@ fn of_bytes(first: &[u8], length: u64) -> Option<Content> {
     }
     if let Some((_, what)) = BEGINNINGS.iter().find(|(magic, _)| first.starts_with(magic)) {
         return Some(Content::Other(what));
+    }
+    if is_classic_x3d(first) {
+        return Some(Content::X3d);
     }
     let what = match first {
         [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Some("a WebP picture"),
@@ -222,8 +224,15 @@ fn of_gzip(first: &[u8]) -> Content {
     let ascii = text.iter().filter(|b| b.is_ascii_graphic());
     match ascii.copied().next() {
         None | Some(b'<') => Content::X3d,
+        Some(_) if is_classic_x3d(&text) => Content::X3d,
         Some(_) => Content::Other("a gzip file, and what it contains is no X3D scene"),
     }
+}
+
+/// Returns whether a file is X3D in the classic encoding, or VRML 97.
+fn is_classic_x3d(first: &[u8]) -> bool {
+    let text = first.strip_prefix(b"\xef\xbb\xbf").unwrap_or(first);
+    x3d::CLASSIC_HEADERS.iter().any(|header| text.starts_with(header))
 }
 
 /// Returns whether the first line that is neither empty nor a comment is a statement of OBJ.
@@ -276,7 +285,7 @@ mod tests {
             (b"P6 1 1 255\nabc", "a PNM picture"),
             (b"BM\x46\0\0\0\0\0\0\0", "a BMP picture"),
             (b"<?xml version='1.0'?>\n<COLLADA>", "a COLLADA model"),
-            (b"#VRML V2.0 utf8", "a VRML scene"),
+            (b"#VRML V1.0 ascii", "a VRML 1.0 scene"),
         ] {
             assert_eq!(of(bytes), Some(Content::Other(what)));
         }
@@ -359,6 +368,9 @@ mod tests {
         assert_eq!(of(b"\xef\xbb\xbf<?xml version='1.0'?>\n<X3D profile='Full'>"), Some(Content::X3d));
         let utf16: Vec<u8> = "\u{feff}<?xml?><X3D>".encode_utf16().flat_map(u16::to_le_bytes).collect();
         assert_eq!(of(&utf16), Some(Content::X3d));
+        for classic in ["#VRML V2.0 utf8\nBox {}", "\u{feff}#X3D V3.3 utf8\r\n"] {
+            assert_eq!([of(classic.as_bytes()), of(&gzip(classic))], [Some(Content::X3d); 2]);
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Arguments for the meshes of scene files: normals and culling.
 
 use crate::load::Smoothing;
+use crate::load::x3d::{Dialect, FieldOfView, Reading};
 use crate::scene::{Cull, Geometry, MAX_POINT_SIZE, Material, NONE, Texture};
 use clap::Args;
 use glam::DVec3;
@@ -25,6 +26,14 @@ pub(super) struct MeshArgs {
     /// A picture for all of a mesh that has texture coordinates, in place of its materials' textures and diffuse colours
     #[arg(long, value_name = "FILE")]
     pub texture: Option<PathBuf>,
+    /// Dialect of an .x3d file: renderizador, a course's, draws scenes of two dimensions in pixels,
+    /// y down, in emissive colours [default: the standard's]
+    #[arg(long, value_name = "D", value_parser = dialect)]
+    pub dialect: Option<Dialect>,
+    /// Camera of an .x3d file: diagonal has the field of view on the picture's diagonal, by the
+    /// formula of the same course [default: the standard's, on the smaller side]
+    #[arg(long, value_name = "C", value_parser = field_of_view)]
+    pub camera: Option<FieldOfView>,
     /// Refuse a scene or mesh that is read with a warning
     #[arg(long)]
     pub strict: bool,
@@ -34,6 +43,15 @@ impl MeshArgs {
     /// Returns the method of computing missing normals.
     pub(super) fn smoothing(&self) -> Smoothing {
         self.smooth.unwrap_or(Smoothing::Automatic)
+    }
+
+    /// Returns the reading of X3D; `None` if none was asked for.
+    pub(super) fn reading(&self) -> Option<Reading> {
+        let is_given = self.dialect.is_some() || self.camera.is_some();
+        is_given.then(|| Reading {
+            dialect: self.dialect.unwrap_or_default(),
+            field_of_view: self.camera.unwrap_or_default(),
+        })
     }
 }
 
@@ -51,6 +69,20 @@ pub(super) fn cover(geometry: &mut Geometry, texture: &Arc<Texture>) {
 
 fn cull(text: &str) -> Result<Cull, String> {
     Cull::from_keyword(text).ok_or_else(|| "expected back, front or none".to_owned())
+}
+
+fn dialect(text: &str) -> Result<Dialect, String> {
+    match text {
+        "renderizador" => Ok(Dialect::Renderizador),
+        _ => Err("expected renderizador".to_owned()),
+    }
+}
+
+fn field_of_view(text: &str) -> Result<FieldOfView, String> {
+    match text {
+        "diagonal" => Ok(FieldOfView::Diagonal),
+        _ => Err("expected diagonal".to_owned()),
+    }
 }
 
 fn smoothing(text: &str) -> Result<Smoothing, String> {

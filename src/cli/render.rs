@@ -27,7 +27,7 @@ use std::path::{Path, PathBuf};
 /// Render a scene file.
 #[derive(Debug, Args)]
 pub struct Render {
-    /// The scene: .gltf, .glb, .x3d, .x3dz, .obj, .stl, .ply, or .json for N dimensions; or a built-in
+    /// The scene: .gltf, .glb, .x3d, .x3dz, .x3dv, .wrl, .obj, .stl, .ply, or .json for N dimensions; or a built-in
     /// model, as teapot
     #[arg(value_name = "SCENE", required_unless_present = "list")]
     scene: Option<PathBuf>,
@@ -320,7 +320,8 @@ impl Render {
         // Recipes of before the option stay valid.
         let points = self.meshes.point_size.map_or(String::new(), |size| format!(" points {size}"));
         let studio = if self.studio { " studio" } else { "" };
-        let more = format!("{:?} {:?}{points}{studio}", self.meshes.smoothing(), self.max_error);
+        let reading = self.meshes.reading().map_or(String::new(), |reading| format!(" {reading:?}"));
+        let more = format!("{:?} {:?}{points}{reading}{studio}", self.meshes.smoothing(), self.max_error);
         let recipe = animation.recipe(crc, &more);
         let (out, depth_out) = (self.out.as_deref(), self.depth_out.as_deref());
         RenderOutput::open(out, depth_out, self.frames, self.shard, animation, recipe)

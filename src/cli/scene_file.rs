@@ -92,7 +92,7 @@ impl Watch {
 }
 
 /// Extensions of scene files, for messages.
-const EXPECTED: &str = "a scene: .x3d, .x3dz, .gltf, .glb, .obj, .stl, .ply or .json";
+const EXPECTED: &str = "a scene: .x3d, .x3dz, .x3dv, .wrl, .gltf, .glb, .obj, .stl, .ply or .json";
 
 /// Options of reading a scene file.
 #[derive(Clone, Copy)]
@@ -219,6 +219,9 @@ fn read_bytes(
     if meshes.smooth.is_some() && !matches!(format, Some(SceneFormat::Mesh(_))) {
         return Err(not_smoothed(&name));
     }
+    if meshes.reading().is_some() && format != Some(SceneFormat::X3d) {
+        return Err(SceneError::NoFile(format!("--dialect and --camera are for X3D: {name} is none")));
+    }
     let meta = std::fs::metadata(path).map_err(no_file)?;
     if meta.is_dir() {
         return Err(SceneError::NoFile(format!("{name}: is a folder")));
@@ -343,6 +346,9 @@ fn read_file(
         memory,
     };
     let mut loaded = SceneFile::read(source).map_err(SceneError::Refused)?;
+    if let (SceneFile::X3d(document), Some(reading)) = (&mut loaded.file, meshes.reading()) {
+        document.set_reading(reading);
+    }
     loaded.warnings.append(&mut other_cases);
     if let (true, [first, others @ ..]) = (meshes.strict, &loaded.warnings[..]) {
         let more = if others.is_empty() { String::new() } else { format!(" (and {} more)", others.len()) };

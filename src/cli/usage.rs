@@ -44,7 +44,9 @@ fn file_hint(word: &str, found: Option<Option<Content>>) -> Option<String> {
         (Some(Some(Content::Other(what))), _) => return Some(format!("{word} is no command; it is {what}")),
         (Some(Some(_)), _) => shows(),
         (_, Some("fbs")) => format!("`fbptr play {word}` plays it"),
-        (_, Some("obj" | "x3d" | "x3dz" | "json" | "gltf" | "glb" | "stl" | "ply")) => shows(),
+        (_, Some("obj" | "x3d" | "x3dz" | "x3dv" | "wrl" | "json" | "gltf" | "glb" | "stl" | "ply")) => {
+            shows()
+        }
         (Some(None), _) => {
             format!("`fbptr play {word}` plays a stream of commands, `fbptr view FILE` shows a scene")
         }

@@ -27,7 +27,7 @@ const WATCH_EVERY: Duration = Duration::from_millis(250);
 /// Look at a mesh, a scene or a stream from everywhere.
 #[derive(Debug, Args)]
 pub struct ViewArgs {
-    /// File to look at: .gltf, .glb, .x3d, .x3dz, .obj, .stl, .ply, .json for N dimensions, anything
+    /// File to look at: .gltf, .glb, .x3d, .x3dz, .x3dv, .wrl, .obj, .stl, .ply, .json for N dimensions, anything
     /// else is a stream of commands; or a built-in model, as teapot
     #[arg(value_name = "FILE", required_unless_present = "list")]
     file: Option<PathBuf>,
@@ -232,6 +232,8 @@ impl ViewArgs {
                     ("--point-size", self.meshes.point_size.is_some()),
                     ("--texture", self.meshes.texture.is_some()),
                     ("--strict", self.meshes.strict),
+                    ("--dialect", self.meshes.dialect.is_some()),
+                    ("--camera", self.meshes.camera.is_some()),
                     ("--root", self.root.is_some()),
                     ("--time", self.time != 0.0),
                     ("--studio on", self.studio == Some(true)),

@@ -324,6 +324,38 @@ fn prototypes() -> Vec<Content> {
     ]
 }
 
+/// Returns scenes in the classic encoding.
+fn classic() -> Vec<Content> {
+    let long = "N".repeat(128);
+    vec![
+        ("classic nodes", "A{}".repeat(30_000)),
+        ("classic groups", "Group{}".repeat(20_000)),
+        ("classic fields", "A{b 1}".repeat(20_000)),
+        ("classic strings", format!("Text {{ string [ {} ] }}", "\"\"".repeat(100_000))),
+        ("classic routes", "ROUTE a.b TO c.d\n".repeat(10_000)),
+        ("classic names", (0..9_000).map(|i| format!("DEF a{i} Group{{}}")).collect()),
+        ("classic uses of a long type", format!("DEF a {long}{{}}{}", " USE a".repeat(10_000))),
+        (
+            "classic prototypes",
+            (0..5_000).map(|i| format!("PROTO P{i}[field SFFloat f 1]{{}}P{i}{{f 2}}")).collect(),
+        ),
+        (
+            "classic points",
+            format!("Shape{{geometry PointSet{{coord Coordinate{{point[{}]}}}}}}", "0 0 1 ".repeat(20_000)),
+        ),
+        ("classic comments", "#\n".repeat(200_000)),
+    ]
+}
+
+#[test]
+fn classic_x3d_is_read_within_what_its_text_asks_for() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    for (name, inside) in classic() {
+        let text = format!("#VRML V2.0 utf8\n{inside}");
+        least_budget(name, |memory| x3d::parse_within(text.as_bytes(), "s", &mut |_| None, memory));
+    }
+}
+
 #[test]
 fn x3d_files_are_read_within_what_their_text_asks_for() {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);

@@ -258,3 +258,50 @@ fn points_have_the_size_that_is_asked_for() {
     let refused = run(&["render", &scene, "-o", &out, "--point-size", "65"], b"");
     assert_eq!(refused.status.code(), Some(2), "{}", err(&refused));
 }
+
+#[test]
+fn the_classic_encoding_is_a_scene_and_a_course_s_reading_is_asked_for() {
+    let folder = Folder::new("classic");
+    let (out, other) = (folder.path("o.raw"), folder.path("other.raw"));
+    let head = "#VRML V2.0 utf8\n";
+    let line = "Shape { geometry Polyline2D { lineSegments [ 0.5 0.5 8.5 0.5 ] } appearance Appearance { material Material { emissiveColor 1 1 1 } } }";
+    let flat = folder.file("flat.txt", format!("{head}{line}"));
+    let solid = folder.file(
+        "solid.wrl",
+        format!("{head}Shape {{ appearance Appearance {{ material Material {{ }} }} geometry Box {{ }} }}"),
+    );
+    let old = folder.file("old.wrl", "#VRML V1.0 ascii\nCube { }\n");
+    let draw = |arguments: &[&str], out: &str| {
+        let output = run(&[arguments, &["-o", out, "--size", "9x9"]].concat(), b"");
+        assert_eq!((output.status.code(), err(&output)), (Some(0), ""), "{arguments:?}");
+        std::fs::read(out).unwrap()
+    };
+    let pixel = |picture: &[u8], x: usize, y: usize| picture[(y * 9 + x) * 4];
+    let course = draw(&["render", &flat, "--dialect", "renderizador"], &out);
+    assert!((0..8).all(|x| pixel(&course, x, 0) == 255 && pixel(&course, x, 4) == 0));
+    assert_ne!(course, draw(&["render", &flat], &out));
+    let shown = run(
+        &["view", &flat, "--headless", "--snap", &other, "--size", "9x9", "--dialect", "renderizador"],
+        b"",
+    );
+    assert_eq!((shown.status.code(), err(&shown)), (Some(0), ""));
+    assert_eq!(std::fs::read(&other).unwrap(), course);
+    let plain = draw(&["render", &solid], &out);
+    assert!(pixel(&plain, 4, 4) > 50);
+    assert_ne!(plain, draw(&["render", &solid, "--camera", "diagonal"], &out));
+    assert_eq!(
+        plain,
+        draw(&["render", &solid, "--dialect", "renderizador"], &out),
+        "it has three dimensions"
+    );
+    let mesh = folder.file("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    for (arguments, expected) in [
+        (&["render", &old, "-o", &out][..], "old.wrl: a VRML 1.0 scene; expected a scene"),
+        (&["render", &mesh, "-o", &out, "--camera", "diagonal"], "--dialect and --camera are for X3D"),
+        (&["render", &solid, "-o", &out, "--camera", "wide"], "expected diagonal"),
+    ] {
+        let output = run(arguments, b"");
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(err(&output).contains(expected), "{}", err(&output));
+    }
+}

@@ -266,25 +266,83 @@ fn flat_figures_lie_in_z_0_and_face_the_viewer() {
 }
 
 #[test]
+fn arcs_run_counter_clockwise_and_close_by_their_centre_or_a_chord() {
+    let arc = mesh("<Arc2D radius='2'/>");
+    assert_eq!((arc.lines.len(), arc.positions.len()), (24, 25), "as fine as a circle");
+    close(arc.positions[0], DVec3::X * 2.0);
+    close(arc.positions[24], DVec3::Y * 2.0);
+    let long = mesh("<Arc2D startAngle='1.5707963267948966' endAngle='0'/>");
+    assert_eq!(long.lines.len(), 72, "from +y the long way to +x");
+    for whole in ["startAngle='1' endAngle='1'", "startAngle='-4' endAngle='3'"] {
+        let circle = mesh("<Circle2D/>");
+        assert_eq!(mesh(&format!("<Arc2D {whole}/>")).lines, circle.lines, "{whole}");
+        assert!((area(&mesh(&format!("<ArcClose2D {whole}/>"))).z - PI).abs() < 0.01, "{whole}");
+    }
+    let (pie, chord) = (area(&mesh("<ArcClose2D/>")).z, area(&mesh("<ArcClose2D closureType='CHORD'/>")).z);
+    assert!((pie - PI / 4.0).abs() < 0.001 && (pie - chord - 0.5).abs() < 1e-12, "{pie} {chord}");
+    let wrong = parse("<Scene><Shape><ArcClose2D closureType='ROUND'/></Shape></Scene>").unwrap();
+    assert!(warnings(&wrong)[0].contains("PIE is taken"));
+}
+
+#[test]
+fn quads_have_four_corners_and_the_properties_of_triangle_sets() {
+    let points = "<Coordinate point='0 0 0 1 0 0 1 1 0 0 1 0 2 0 0 2 1 0'/>";
+    let quads = mesh(&format!("<IndexedQuadSet index='0 1 2 3 1 4 5 2 0'>{points}</IndexedQuadSet>"));
+    assert_eq!((quads.polygons.len(), quads.triangles.len()), (2, 4));
+    assert_eq!((area(&quads), normals(&quads, 1)[3]), (DVec3::Z * 2.0, DVec3::Z));
+    let turned = mesh(&format!("<IndexedQuadSet ccw='false' index='0 1 2 3'>{points}</IndexedQuadSet>"));
+    assert_eq!(area(&turned), -DVec3::Z);
+    let colour = "<Color color='1 0 0'/>";
+    let left = parse(&format!(
+        "<Scene><Shape><QuadSet colorPerVertex='false'>{points}{colour}</QuadSet></Shape></Scene>"
+    ));
+    let left = left.unwrap();
+    assert!(warnings(&left)[0].contains("coordinates left over that make no quad"));
+    assert_eq!(colors(&left.at(0.0).objects[0].geometry.mesh), [[1.0, 0.0, 0.0, 1.0]; 4]);
+    let beyond = parse(&format!(
+        "<Scene><Shape><IndexedQuadSet index='0 1 2 3 3 4 5 6'>{points}</IndexedQuadSet></Shape></Scene>"
+    ));
+    assert_eq!(beyond.unwrap().at(0.0).objects[0].geometry.mesh.polygons.len(), 1);
+}
+
+#[test]
+fn line_sets_count_by_either_name() {
+    let points = "<Coordinate point='0 0 0 1 0 0 1 1 0 0 1 0 2 0 0'/>";
+    let lines = |counts: &str| mesh(&format!("<LineSet {counts}>{points}</LineSet>")).lines;
+    assert_eq!(lines("stripCount='3 2'"), [[0, 1], [1, 2], [3, 4]]);
+    assert_eq!(lines("stripCount='3 2'"), lines("vertexCount='3 2'"));
+    assert_eq!(lines("stripCount='2' vertexCount='5'").len(), 4, "the standard's name wins");
+}
+
+#[test]
 fn text_is_set_by_its_font_style() {
     let bounds = |geometry: &str| mesh(geometry).bounds().unwrap();
-    // Capitals stand on the baseline, seven eighths of the size high; cells are as wide as high.
+    let near = |a: f64, b: f64| assert!((a - b).abs() < 0.01, "{a} is not {b}");
+    // Capitals stand on the baseline, 0.73 of the size high; characters have their own widths.
     let (low, high) = bounds("<Text string='\"HH\"'/>");
-    assert_eq!((low.y, high.y), (0.0, 0.875));
-    assert!(low.x >= 0.0 && high.x <= 2.0 && high.x > 1.5);
+    assert_eq!((low.y, high.y), (0.0, 146.0 / 200.0));
+    assert!(low.x >= 0.0 && high.x <= 1.8 && high.x > 1.5);
+    assert!(bounds("<Text string='\"ll\"'/>").1.x < 0.7);
     let style = "<FontStyle size='4' justify='\"MIDDLE\" \"MIDDLE\"'/>";
     let (low, high) = bounds(&format!("<Text string='\"HH\"'>{style}</Text>"));
-    assert_eq!((low.y, high.y), (-1.5, 2.0));
-    assert!((low.x + high.x).abs() < 1.0);
+    // The line of 4 is centred: its baseline is at 2 - 0.76 * 4.
+    near(low.y, -1.04);
+    near(high.y, 1.88);
+    near(low.x + high.x, 0.0);
     let (low, _) = bounds("<Text string='\"A\" \"B\"'><FontStyle spacing='2'/></Text>");
-    assert_eq!(low.y, -2.0);
+    near(low.y, -2.0);
     let (_, high) = bounds("<Text string='\"HHHH\"' maxExtent='2'/>");
     assert!(high.x <= 2.0 && high.x > 1.7);
     let (_, high) = bounds("<Text string='\"HH\"' length='8'/>");
     assert!(high.x <= 8.0 && high.x > 6.5);
     assert!(area(&mesh("<Text string='\"A\"'/>")).z > 0.0);
-    let comma = mesh("<Text string='\"g\"'/>").bounds().unwrap().0;
-    assert_eq!(comma.y, -0.125, "tails hang below the baseline");
+    near(bounds("<Text string='\"p\"'/>").0.y, -0.21);
+    let sans = mesh("<Text string='\"HH\"'><FontStyle family='\"Comic\" \"SANS\"'/></Text>");
+    assert_eq!(sans.polygons.len(), 2);
+    assert!(sans.positions.len() < mesh("<Text string='\"HH\"'/>").positions.len(), "no serifs");
+    let right = "<FontStyle justify='\"END\"' leftToRight='true' family='\"TYPEWRITER\"'/>";
+    let (low, high) = bounds(&format!("<Text string='\"MiiM\"'>{right}</Text>"));
+    assert!(low.x > -2.4 && low.x < -2.3 && high.x < 0.0 && high.x > -0.1, "{low} {high}");
 }
 
 #[test]

@@ -11,6 +11,7 @@ type Made = (&'static str, usize, &'static [u32]);
 
 const MADE: &[Made] = &[
     ("anchor", 1, &[]),
+    ("arcs", 6, &[]),
     ("billboard_free", 2, &[]),
     ("billboard_x", 2, &[]),
     ("billboard_y", 4, &[]),
@@ -20,6 +21,7 @@ const MADE: &[Made] = &[
     ("color_short", 1, &[7]),
     ("compressed", 1, &[]),
     ("coordinate_double", 1, &[]),
+    ("encodings", 7, &[]),
     ("extern_first", 5, &[]),
     ("extern_fragment", 15, &[]),
     ("extern_missing", 1, &[7]),
@@ -71,6 +73,7 @@ const MADE: &[Made] = &[
     ("proto_text", 2, &[]),
     ("proto_unknown_first", 1, &[7]),
     ("proto_values", 3, &[]),
+    ("quads", 3, &[]),
     ("sky_animated", 1, &[]),
     ("sky_gap", 1, &[]),
     ("sky_gradient", 1, &[]),
@@ -82,7 +85,10 @@ const MADE: &[Made] = &[
     ("sky_rings", 0, &[]),
     ("sky_turned", 1, &[]),
     ("stray_text", 1, &[7, 8, 9]),
+    ("strip_count", 1, &[]),
+    ("surface_shader", 2, &[15]),
     ("texcoord_short", 1, &[7]),
+    ("text_styles", 6, &[]),
     ("unit_degrees", 2, &[]),
     ("unit_inline", 2, &[]),
     ("unit_main", 2, &[]),
@@ -99,7 +105,9 @@ fn file(name: &str) -> String {
 /// Returns the times at which a scene is drawn: for animated scenes, later ones too.
 fn times(name: &str) -> &'static [f64] {
     match name {
-        "proto_routes" | "proto_animated" | "sky_animated" | "normal_interpolator" => &[0.0, 1.0],
+        "proto_routes" | "proto_animated" | "sky_animated" | "normal_interpolator" | "encodings" => {
+            &[0.0, 1.0]
+        }
         _ => &[0.0],
     }
 }

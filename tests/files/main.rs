@@ -4,6 +4,8 @@
 //! shows and moves as it says, and never crashes the program.
 
 mod animation;
+mod classic;
+mod course;
 mod files;
 mod formats;
 mod geometry;

@@ -177,7 +177,7 @@ fn extern_prototypes_come_from_files_beside_the_scene() {
     let files = [
         ("lib/p.x3d", file),
         ("lib/in.x3d", "<Scene><Shape><Cone/></Shape></Scene>"),
-        ("old.wrl", "#VRML V2.0 utf8\nGroup {}"),
+        ("old.wrl", "#VRML V1.0 ascii\nGroup {}"),
         ("relay.x3d", "<Scene><ExternProtoDeclare name='Two' url='\"lib/p.x3d#Two\"'/></Scene>"),
         ("circle.x3d", "<Scene><ExternProtoDeclare name='C' url='circle.x3d#C'/></Scene>"),
     ];
@@ -208,7 +208,10 @@ fn extern_prototypes_come_from_files_beside_the_scene() {
         ("lib/p.x3d#Three", "\"lib/p.x3d#Three\" has no such prototype"),
         ("gone.x3d#P", "\"gone.x3d#P\" cannot be found in the scene&apos;s folder"),
         ("../p.x3d#P", "\"../p.x3d#P\" lies outside of the folder that files are read from"),
-        ("old.wrl#P", "\"old.wrl#P\" cannot be used: old.wrl: not a readable X3D file: it is VRML, not XML"),
+        (
+            "old.wrl#P",
+            "\"old.wrl#P\" cannot be used: old.wrl: not a readable X3D file: it is VRML 1.0, whose nodes X3D does not have",
+        ),
         ("", "has no url"),
     ] {
         let (objects, found) = shown(url);

@@ -238,6 +238,28 @@ fn materials_are_the_standards_equation() {
 }
 
 #[test]
+fn a_surface_shader_takes_the_place_of_the_material() {
+    let factors = "diffuseFactor='1 0 0' ambientFactor='0.1 0.2 0.3' specularFactor='0 1 0' \
+                   shininessFactor='0.5' emissiveFactor='0 0 1' alphaFactor='0.75'";
+    let shader = format!("<CommonSurfaceShader {factors}/>");
+    for appearance in [shader.clone(), format!("<Material diffuseColor='0 1 1'/>{shader}")] {
+        let material = shape(&format!("<Appearance>{appearance}</Appearance>"), "<Box/>").material;
+        assert_eq!((material.kd, material.ks, material.emissive), (DVec3::X, DVec3::Y, DVec3::Z));
+        assert_eq!((material.n, material.transparency, material.model), (64.0, 0.25, LightingModel::Blinn));
+        assert!((material.ka - DVec3::X * 0.2).length() < 1e-12, "the mean of the ambient factor");
+    }
+    let picture = |field: &str| format!("<PixelTexture containerField='{field}' image='1 1 1 0'/>");
+    let [drawn, not] = ["diffuseTexture", "specularTexture"].map(picture);
+    let textured = parse(&format!(
+        "<Scene><Shape><Appearance><CommonSurfaceShader>{not}{drawn}</CommonSurfaceShader></Appearance><Box/></Shape></Scene>"
+    ));
+    let textured = textured.unwrap();
+    assert!(textured.at(0.0).objects[0].texture.is_some());
+    let found = warnings(&textured);
+    assert!(found.len() == 1 && found[0].ends_with("is drawn without its specularTexture"), "{found:?}");
+}
+
+#[test]
 fn textures_come_from_files_data_and_pixels() {
     let pixel = "<PixelTexture image='1 2 3 0xff0000 0x0000ff' repeatS='false'/>";
     let object = shape(&format!("<Appearance>{pixel}</Appearance>"), "<Box/>");

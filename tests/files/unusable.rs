@@ -39,8 +39,8 @@ fn an_inline_that_cannot_be_used_is_a_warning_with_its_reason() {
         (b"<Scene>\n<Foo></Scene>", "bad:2:6: expected </Foo> first"),
         (b"<html/>", "bad:1:1: expected an X3D file, whose root is <X3D>"),
         (b"<Scene>\n\xff</Scene>", "bad:2:1: not a readable X3D file: the bytes are not text"),
-        (b"#VRML V2.0 utf8\nGroup {}", "bad: not a readable X3D file: it is VRML, not XML"),
-        (b"#X3D V3.3 utf8\n", "bad: not a readable X3D file: it is X3D in the classic encoding"),
+        (b"#VRML V1.0 ascii\nGroup {}", "bad: not a readable X3D file: it is VRML 1.0"),
+        (b"#X3D V3.3 utf8\nGroup {", "bad:2:8: expected a field or }, which closes the Group"),
         (b"glTF\x02\0\0\0", "bad: not a readable X3D file: it is a binary glTF model"),
         (b"{\"asset\":{}}", "bad: not a readable X3D file: it is JSON"),
         (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "bad: not a readable X3D file: it is binary data"),
@@ -67,7 +67,7 @@ fn an_inline_that_cannot_be_used_is_a_warning_with_its_reason() {
 fn the_first_url_that_can_be_used_is_taken() {
     let files = [
         GOOD,
-        ("a.wrl", &b"#VRML V2.0 utf8"[..]),
+        ("a.wrl", &b"#VRML V1.0 ascii"[..]),
         ("b.x3d", b"<Scene>\n<Shape><Box size='no'/></Shape></Scene>"),
     ];
     let inline = |urls: &str| format!("<Scene>\n<Inline url='{urls}'/></Scene>");
@@ -76,7 +76,7 @@ fn the_first_url_that_can_be_used_is_taken() {
     }
     // Each reason is told, but not those of files that do not exist.
     let found = shown(&inline("\"a.wrl\" \"gone.x3d\" \"b.x3d\""), &files, 0);
-    let reasons = "a.wrl: not a readable X3D file: it is VRML, not XML; b.x3d:2:";
+    let reasons = "a.wrl: not a readable X3D file: it is VRML 1.0, whose nodes X3D does not have; b.x3d:2:";
     assert!(found.len() == 1 && found[0].contains(&format!("was skipped: {reasons}")), "{found:?}");
     let proto = |urls: &str| {
         format!("<Scene>\n<ExternProtoDeclare name='P' url='{urls}'/><ProtoInstance name='P'/></Scene>")
@@ -84,11 +84,11 @@ fn the_first_url_that_can_be_used_is_taken() {
     let with_proto =
         format!("<Scene><ProtoDeclare name='P'><ProtoBody>{BOX}</ProtoBody></ProtoDeclare></Scene>");
     let files =
-        [("p.x3d", with_proto.as_bytes()), ("a.wrl", b"#VRML V2.0 utf8"), ("b.x3d", b"<Scene>\n<Foo>")];
+        [("p.x3d", with_proto.as_bytes()), ("a.wrl", b"#VRML V1.0 ascii"), ("b.x3d", b"<Scene>\n<Foo>")];
     assert_eq!(shown(&proto("\"a.wrl#P\" \"b.x3d#P\" \"p.x3d#P\""), &files, 1), [""; 0]);
     let found = shown(&proto("\"a.wrl#P\" \"b.x3d#P\""), &files, 0);
     let expected = "t.x3d:2:1: warning: ExternProtoDeclare \"P\" cannot be had (\"a.wrl#P\" cannot be used: a.wrl: not a \
-                    readable X3D file: it is VRML, not XML; \"b.x3d#P\" cannot be used: b.x3d:2:1: expected <Foo> to be \
+                    readable X3D file: it is VRML 1.0, whose nodes X3D does not have; \"b.x3d#P\" cannot be used: b.x3d:2:1: expected <Foo> to be \
                     closed by </Foo>, found \"the end of the file\"): its instances were skipped";
     assert_eq!(found, [expected]);
 }

@@ -14,7 +14,9 @@ const OBJS: [&[u8]; 8] = [
     include_bytes!("../../../tests/data/meshes/tinyobjloader/smoothing-normal.obj"),
     include_bytes!("../../../tests/data/meshes/tinyobjloader/line-prim.obj"),
 ];
-const X3DS: [&[u8]; 14] = [
+const X3DS: [&[u8]; 16] = [
+    include_bytes!("../../../tests/data/x3d/classic/scene.x3dv"),
+    include_bytes!("../../../tests/data/x3d/classic/scene.wrl"),
     include_bytes!("../../../tests/data/x3d/lecture-003/transparent.x3d"),
     include_bytes!("../../../tests/data/x3d/lecture-003/mipmap.x3d"),
     include_bytes!("../../../tests/data/x3d/lecture-003/two_triangles.x3d"),

@@ -362,17 +362,16 @@ impl Viewer {
         pool: &Executor,
         studio: bool,
     ) -> Result<Subject, String> {
-        let aspect = f64::from(size[0]) / f64::from(size[1]);
         Ok(match model {
             Model::Mesh { geometry, is_open } => {
                 let source = SceneSource::Mesh { geometry, is_open };
-                Subject::Space(Box::new(Space::new(source, name, aspect, studio)))
+                Subject::Space(Box::new(Space::new(source, name, size, studio)))
             }
             Model::X3d(document) => {
-                Subject::Space(Box::new(Space::new(SceneSource::X3d(document), name, aspect, studio)))
+                Subject::Space(Box::new(Space::new(SceneSource::X3d(document), name, size, studio)))
             }
             Model::Gltf(document) => {
-                Subject::Space(Box::new(Space::new(SceneSource::Gltf(document), name, aspect, studio)))
+                Subject::Space(Box::new(Space::new(SceneSource::Gltf(document), name, size, studio)))
             }
             Model::Eye(scene) => Subject::Nd(Box::new(Nd::new(*scene, pool.clone(), studio))),
             Model::Stream(bytes, make_engine) => Subject::Replay(Box::new(Replay::new(bytes, make_engine))),

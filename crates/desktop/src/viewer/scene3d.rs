@@ -29,6 +29,8 @@ pub(super) enum SceneSource {
 pub(super) struct Space {
     source: SceneSource,
     name: String,
+    /// Width and height of the frame in pixels, and their ratio.
+    size: [u32; 2],
     aspect: f64,
     /// The author's scene, and the bits of the time it was evaluated at.
     given: Option<(u64, Scene)>,
@@ -63,11 +65,12 @@ pub(super) struct Tools<'a> {
 }
 
 impl Space {
-    pub fn new(source: SceneSource, name: &str, aspect: f64, studio: bool) -> Self {
+    pub fn new(source: SceneSource, name: &str, size: [u32; 2], studio: bool) -> Self {
         Space {
             source,
             name: name.to_owned(),
-            aspect,
+            size,
+            aspect: f64::from(size[0]) / f64::from(size[1]),
             given: None,
             bare: None,
             checker: None,
@@ -150,7 +153,7 @@ impl Space {
                     scene
                 }
                 SceneSource::X3d(document) => {
-                    let mut scene = document.at(time);
+                    let mut scene = document.at_size(time, self.size);
                     if let (false, Some(bounds)) = (document.has_viewpoint(), scene.bounds()) {
                         let own =
                             self.studio.then(|| studio::framed_scene(&scene, self.aspect, self.has_room));

@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// Format of a scene file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SceneFormat {
-    /// X3D in XML, plain or compressed.
+    /// X3D in XML or the classic encoding, or VRML 97, plain or compressed.
     X3d,
     /// glTF 2.0, as JSON or binary.
     Gltf,
@@ -25,7 +25,7 @@ impl SceneFormat {
     /// Returns the format for the extension of a file name, in either case.
     pub fn of_ending(ending: &str) -> Option<Self> {
         Some(match ending.to_ascii_lowercase().as_str() {
-            "x3d" | "x3dz" => SceneFormat::X3d,
+            "x3d" | "x3dz" | "x3dv" | "x3dvz" | "wrl" | "wrz" => SceneFormat::X3d,
             "gltf" | "glb" => SceneFormat::Gltf,
             "obj" => SceneFormat::Mesh(MeshFormat::Obj),
             "stl" => SceneFormat::Mesh(MeshFormat::Stl),

@@ -185,7 +185,7 @@ impl Animation {
         let aspect = f64::from(width) / f64::from(height);
         let time = self.options.begin_s + f64::from(frame) / self.options.rate;
         let (mut scene, has_camera) = match &self.file {
-            SceneFile::X3d(document) => (document.at(time), document.has_viewpoint()),
+            SceneFile::X3d(document) => (document.at_size(time, [width, height]), document.has_viewpoint()),
             SceneFile::Gltf(document) => (document.at(time, aspect), document.has_camera()),
             SceneFile::Mesh { geometry, is_open } => {
                 (Scene::of_mesh(Arc::clone(geometry), &self.name, aspect, *is_open), false)

@@ -3,7 +3,8 @@
 //! X3D's lighting equation in the terms of [`Material`]: Ka = ambientIntensity * diffuseColor (each
 //! light has its own ambient part), Kd = diffuseColor, Ks = specularColor, n = 128 * shininess,
 //! Blinn's half vector. Vertex colours multiply the Ka and Kd terms, so a geometry with vertex
-//! colours gets Kd = 1 and Ka = ambientIntensity: they replace the diffuse colour.
+//! colours gets Kd = 1 and Ka = ambientIntensity: they replace the diffuse colour. The factors of a
+//! CommonSurfaceShader are the colours of a Material, 1 - alphaFactor is its transparency.
 //!
 //! Source: ISO/IEC 19775-1 clauses 12 (Shape), 17.2.2 (lighting model), 18 (Texturing).
 
@@ -24,12 +25,17 @@ pub(super) struct Appearance {
     pub(super) texture: Option<(Arc<Texture>, Sampling)>,
 }
 
+/// Returns the material node of an appearance; a CommonSurfaceShader takes its place.
+fn material_node(view: &GraphView, appearance: NodeId) -> Option<NodeId> {
+    view.child(appearance, "shaders").or_else(|| view.child(appearance, "material"))
+}
+
 /// Returns the texture node of an appearance: the material's own (X3D 4), else the appearance's.
 pub(super) fn texture_node(view: &GraphView, appearance: Option<NodeId>) -> Option<NodeId> {
     let appearance = appearance?;
-    let of_material = view.child(appearance, "material").and_then(|material| {
+    let of_material = material_node(view, appearance).and_then(|material| {
         let field = match view.name(material) {
-            "Material" => "diffuseTexture",
+            "Material" | "CommonSurfaceShader" => "diffuseTexture",
             "UnlitMaterial" => "emissiveTexture",
             "PhysicalMaterial" => "baseTexture",
             _ => return None,
@@ -48,7 +54,7 @@ pub(super) fn read(
     stuff: Stuff,
     colors: ColorUse,
 ) -> Appearance {
-    let node = appearance.and_then(|a| view.child(a, "material"));
+    let node = appearance.and_then(|a| material_node(view, a));
     let front = Surface::front(view, node);
     let back = match appearance.and_then(|a| view.child(a, "backMaterial")) {
         Some(node) => Some(Surface::front(view, Some(node))),
@@ -91,6 +97,9 @@ impl Surface {
     /// Reads the front of a material node; without one, it is white and unlit.
     fn front(view: &GraphView, node: Option<NodeId>) -> Surface {
         let Some(node) = node else { return Surface::unlit(DVec3::ONE, 0.0) };
+        if view.name(node) == "CommonSurfaceShader" {
+            return Surface::of_shader(view, node);
+        }
         let transparency = view.real(node, "transparency");
         match view.name(node) {
             "UnlitMaterial" => Surface::unlit(view.vec3(node, "emissiveColor"), transparency),
@@ -109,6 +118,20 @@ impl Surface {
                 emissive: view.vec3(node, "emissiveColor"),
                 transparency,
             },
+        }
+    }
+
+    /// Reads the part of a CommonSurfaceShader that a Material has. Its ambient factor is a colour, of
+    /// which the mean is the ambient intensity.
+    fn of_shader(view: &GraphView, node: NodeId) -> Surface {
+        Surface {
+            is_lit: true,
+            ambient_intensity: view.vec3(node, "ambientFactor").element_sum() / 3.0,
+            diffuse: view.vec3(node, "diffuseFactor"),
+            specular: view.vec3(node, "specularFactor"),
+            shininess: view.real(node, "shininessFactor").clamp(0.0, 1.0),
+            emissive: view.vec3(node, "emissiveFactor"),
+            transparency: 1.0 - view.real(node, "alphaFactor"),
         }
     }
 

@@ -17,7 +17,7 @@ use super::units::Units;
 use super::unknown::{self, What};
 use super::validate::Meshes;
 use super::value::Value;
-use super::{texture, unusable, xml};
+use super::{classic, texture, unusable, xml};
 use crate::load::{FilePosition, LoadContext, LoadError, LoadErrorKind, gzip};
 use fbptr_core::memory::{MemoryUse, Reservation};
 use roxmltree::Node as Element;
@@ -155,6 +155,9 @@ impl<'d, 'r> Builder<'d, 'r> {
         let (source, trailing) = self.decode(bytes, name)?;
         let text = self.texts.push(source).ok_or_else(too_many)?;
         self.sources.push(text);
+        if let Some(remark) = text.remark {
+            self.warn_of_file(self.sources.len() - 1, remark.to_string());
+        }
         if trailing > 0 {
             let message = format!("bytes after the end of the gzip data were skipped: {trailing}");
             self.warn_of_file(self.sources.len() - 1, message);
@@ -189,15 +192,23 @@ impl<'d, 'r> Builder<'d, 'r> {
             let reason = reason.to_string();
             return Err(refused(LoadErrorKind::Undecodable { format: "X3D file", reason }));
         }
-        self.reserve_text(content).map_err(refused)?;
-        Ok((xml::XmlSource::decode(content, name)?, trailing))
+        self.context.memory.check_cancelled().map_err(refused)?;
+        let is_classic = classic::is_classic(content);
+        let bytes = if is_classic { cost::classic_bytes(content) } else { cost::text_bytes(content) };
+        self.reserve_text(bytes).map_err(refused)?;
+        let source = xml::XmlSource::decode(content, name, is_classic)?;
+        if !is_classic {
+            return Ok((source, trailing));
+        }
+        let (text, parts) = classic::to_xml(&source, self.context.memory.cancel())?;
+        self.reserve_text(cost::text_bytes(text.as_bytes())).map_err(refused)?;
+        Ok((source.translated(text, parts), trailing))
     }
 
     /// Reserves memory for reading a text, until the graph is complete: prototypes need the trees,
     /// error positions the texts.
-    fn reserve_text(&mut self, text: &[u8]) -> Result<(), LoadErrorKind> {
-        self.context.memory.check_cancelled()?;
-        self.held.try_grow(cost::text_bytes(text)).map_err(LoadErrorKind::OverBudget)
+    fn reserve_text(&mut self, bytes: u64) -> Result<(), LoadErrorKind> {
+        self.held.try_grow(bytes).map_err(LoadErrorKind::OverBudget)
     }
 
     /// Reads a file and returns its Scene node.

@@ -42,6 +42,22 @@ pub(super) fn text_bytes(text: &[u8]) -> u64 {
         + words * WORD_BYTES
 }
 
+/// Bytes of a name in the classic encoding: a node or field of the tree, in a vector of up to twice the
+/// room, and what its tag has in the XML beside the name.
+const NAME_BYTES: u64 = 3 * 256;
+
+/// Returns the bytes for translating a text in the classic encoding to XML, which has the same numbers
+/// and strings.
+pub(super) fn classic_bytes(text: &[u8]) -> u64 {
+    let (mut names, mut was_inner) = (0, false);
+    for &byte in text {
+        let is_inner = byte.is_ascii_alphanumeric() || !byte.is_ascii() || b"_-+.:".contains(&byte);
+        names += u64::from(!was_inner && (byte.is_ascii_alphabetic() || !byte.is_ascii() || byte == b'"'));
+        was_inner = is_inner;
+    }
+    COPIES * text.len() as u64 + names * NAME_BYTES
+}
+
 /// Returns the bytes of a node without contents in its graph, which has up to twice the room.
 pub(super) fn bare_node_bytes(ty: &NodeType) -> u64 {
     let field = size_of::<Value>() + size_of::<usize>();
@@ -97,7 +113,7 @@ fn value_bytes(value: &Value) -> usize {
 const ITEM_BYTES: u64 = 200;
 /// Bytes per number if each is a triangle, as in fans and strips.
 const STRIP_BYTES: u64 = 450;
-/// Bytes per quad of a grid, an extrusion or a letter.
+/// Bytes per quad of a grid or an extrusion, or triangle of a letter.
 const QUAD_BYTES: u64 = 700;
 /// Bytes of a solid or a flat shape, which has a fixed number of faces.
 const FIXED_BYTES: u64 = 256 << 10;
@@ -119,7 +135,7 @@ pub(super) fn geometry_bytes(view: &GraphView, id: NodeId) -> u64 {
             let [section, spine] = ["crossSection", "spine"].map(|field| view.reals(id, field).len() as u64);
             (section / 2 + 1).saturating_mul(spine / 3 + 2).saturating_mul(QUAD_BYTES)
         }
-        "Text" => text::squares(view.texts(id, "string")) * QUAD_BYTES,
+        "Text" => text::triangles(view.texts(id, "string")) * QUAD_BYTES,
         "ElevationGrid" => (items(id) + elevation::lacking(view, id)) * QUAD_BYTES + below() * ITEM_BYTES,
         name if name.contains("Fan") || name.contains("Strip") => (items(id) + below()) * STRIP_BYTES,
         _ => (items(id) + below()) * ITEM_BYTES,

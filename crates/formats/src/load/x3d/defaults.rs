@@ -33,6 +33,7 @@ Material material ambientIntensity=0.2 diffuseColor=0.8_0.8_0.8 emissiveColor=0_
 TwoSidedMaterial material ambientIntensity=0.2 backAmbientIntensity=0.2 backDiffuseColor=0.8_0.8_0.8 backEmissiveColor=0_0_0 backShininess=0.2 backSpecularColor=0_0_0 backTransparency=0 diffuseColor=0.8_0.8_0.8 emissiveColor=0_0_0 separateBackColor=false shininess=0.2 specularColor=0_0_0 transparency=0
 UnlitMaterial material emissiveColor=1_1_1 transparency=0
 PhysicalMaterial material baseColor=1_1_1 emissiveColor=0_0_0 metallic=1 roughness=1 transparency=0
+CommonSurfaceShader shaders alphaFactor=1 ambientFactor=0.2_0.2_0.2 diffuseFactor=0.8_0.8_0.8 emissiveFactor=0_0_0 reflectionFactor=0_0_0 shininessFactor=0.2 specularFactor=0_0_0 transmissionFactor=0_0_0
 Text geometry string= length= maxExtent=0 solid=false
 FontStyle fontStyle horizontal=true leftToRight=true size=1 spacing=1 topToBottom=true style=PLAIN
 ImageTexture texture url= repeatS=true repeatT=true
@@ -49,6 +50,8 @@ TriangleFanSet geometry ccw=true colorPerVertex=true normalPerVertex=true solid=
 IndexedTriangleSet geometry ccw=true colorPerVertex=true normalPerVertex=true solid=true index=
 IndexedTriangleStripSet geometry ccw=true colorPerVertex=true normalPerVertex=true solid=true index=
 IndexedTriangleFanSet geometry ccw=true colorPerVertex=true normalPerVertex=true solid=true index=
+QuadSet geometry ccw=true colorPerVertex=true normalPerVertex=true solid=true
+IndexedQuadSet geometry ccw=true colorPerVertex=true normalPerVertex=true solid=true index=
 IndexedFaceSet geometry ccw=true colorPerVertex=true normalPerVertex=true solid=true colorIndex= convex=true coordIndex= creaseAngle=0 normalIndex= texCoordIndex=
 Box geometry size=2_2_2 solid=true
 Sphere geometry radius=1 solid=true
@@ -70,6 +73,8 @@ MultiTextureCoordinate texCoord
 Polypoint2D geometry point=
 Polyline2D geometry lineSegments=
 Circle2D geometry radius=1
+Arc2D geometry endAngle=1.5707963267948966 radius=1 startAngle=0
+ArcClose2D geometry closureType=PIE endAngle=1.5707963267948966 radius=1 solid=false startAngle=0
 Disk2D geometry innerRadius=0 outerRadius=1 solid=false
 Rectangle2D geometry size=2_2 solid=false
 TriangleSet2D geometry vertices= solid=false

@@ -1,4 +1,4 @@
-//! X3D files (XML encoding) to scenes, at any moment of their animation.
+//! X3D files (XML and classic encoding, and VRML 97) to scenes, at any moment of their animation.
 //!
 //! In: a file's bytes and a function that returns the files it refers to. Out: an [`X3dDocument`],
 //! which gives the [`Scene`] at a time; or a [`LoadError`] with file, line and column. Nodes,
@@ -20,7 +20,7 @@
 //! `geometry`, `interpolate`, `time`, `route`.
 //!
 //! ```text
-//! bytes -> xml (text, checked) -> build (graph: nodes with typed fields, routes)
+//! bytes (classic -> XML) -> xml (text, checked) -> build (graph: nodes with typed fields, routes)
 //!       -> shapes (meshes, made once)
 //!       at(time): route, time, interpolate -> flatten -> Scene
 //! ```
@@ -28,8 +28,10 @@
 mod appearance;
 mod build;
 mod camera;
+mod classic;
 mod connect;
 mod cost;
+mod course;
 mod external_refs;
 mod facing;
 mod fields;
@@ -63,6 +65,8 @@ mod xml;
 mod defaults;
 
 use super::{LoadContext, LoadError, LoadMemory, LoadWarning};
+pub use classic::HEADERS as CLASSIC_HEADERS;
+pub use course::{Dialect, FieldOfView, Reading};
 use fbptr_core::scene::{Camera, Scene};
 use graph::{Graph, GraphView, Overrides};
 use kept::Kept;
@@ -75,6 +79,9 @@ pub struct X3dDocument {
     mesh_cache: MeshCache,
     warnings: Vec<LoadWarning>,
     names_outside: bool,
+    /// True if the scene is drawn in pixels, as its dialect has it.
+    is_in_pixels: bool,
+    field_of_view: FieldOfView,
 }
 
 /// Parses an X3D file, which may be compressed (gzip).
@@ -123,6 +130,8 @@ pub fn parse_in(bytes: &[u8], file_name: &str, context: LoadContext) -> Result<X
     Ok(X3dDocument {
         warnings: builder.sorted_warnings(),
         names_outside: builder.remarks.names_outside,
+        is_in_pixels: false,
+        field_of_view: FieldOfView::default(),
         graph: builder.graph,
         mesh_cache,
     })
@@ -148,7 +157,7 @@ impl X3dDocument {
 
     /// Returns whether the scene depends on the position of the viewer.
     pub fn depends_on_viewer(&self) -> bool {
-        self.graph.depends_on_viewer
+        self.graph.depends_on_viewer && !self.is_in_pixels
     }
 
     /// Returns an upper bound of the bytes of the scene that [`X3dDocument::at`] returns: its
@@ -188,9 +197,11 @@ impl X3dDocument {
         self.graph.routes.iter().any(|r| !matches!(r.input, route::RouteInput::Bind))
     }
 
-    /// Returns whether the file has a viewpoint, so that the camera is the author's.
+    /// Returns whether the file has a viewpoint, or is drawn in pixels, so that the camera is the
+    /// author's.
     pub fn has_viewpoint(&self) -> bool {
         let still = Overrides::new();
-        flatten::has_viewpoint(GraphView { graph: &self.graph, overrides: &still }, &self.mesh_cache)
+        self.is_in_pixels
+            || flatten::has_viewpoint(GraphView { graph: &self.graph, overrides: &still }, &self.mesh_cache)
     }
 }

@@ -49,6 +49,7 @@ fn angles(node: &str, field: &str) -> Option<(usize, usize)> {
         (_, "rotation" | "orientation" | "scaleOrientation") => Some((3, 4)),
         ("OrientationInterpolator", "keyValue") => Some((3, 4)),
         ("Viewpoint", "fieldOfView") => Some((0, 1)),
+        ("Arc2D" | "ArcClose2D", "startAngle" | "endAngle") => Some((0, 1)),
         (_, "beamWidth" | "cutOffAngle" | "creaseAngle" | "skyAngle" | "groundAngle") => Some((0, 1)),
         _ => None,
     }

@@ -6,6 +6,7 @@
 //! is shown. Limits, Inlines in a cycle and prototypes in themselves remain errors of the scene.
 
 use super::build::{Builder, InlineFile};
+use super::classic;
 use super::graph::NodeId;
 use crate::load::{LoadError, LoadErrorKind};
 use std::rc::Rc;
@@ -86,13 +87,13 @@ impl Builder<'_, '_> {
     }
 }
 
-/// Returns the name of the format that a file's first bytes show, if it is not XML.
+/// Returns the name of the format that a file's first bytes show, if it is not X3D.
 pub(super) fn other_format(bytes: &[u8]) -> Option<&'static str> {
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let is_utf16 = matches!(bytes, [0xff, 0xfe, ..] | [0xfe, 0xff, ..]);
     match text {
-        _ if text.starts_with(b"#VRML V") => Some("it is VRML, not XML"),
-        _ if text.starts_with(b"#X3D V") => Some("it is X3D in the classic encoding, not in XML"),
+        _ if text.starts_with(b"#VRML V1") => Some("it is VRML 1.0, whose nodes X3D does not have"),
+        _ if classic::is_classic(bytes) => None,
         _ if text.starts_with(b"glTF") => Some("it is a binary glTF model"),
         _ if text.starts_with(b"\xe0\0\0\x01") => Some("it is X3D in the binary encoding, not in XML"),
         _ if text.trim_ascii_start().starts_with(b"{") => Some("it is JSON, as glTF models are, not XML"),
@@ -110,8 +111,7 @@ mod tests {
     #[test]
     fn first_bytes_tell_other_formats_from_xml() {
         for (bytes, expected) in [
-            (&b"#VRML V2.0 utf8\nGroup {}"[..], "it is VRML"),
-            (b"\xef\xbb\xbf#X3D V3.3 utf8", "in the classic encoding"),
+            (&b"#VRML V1.0 ascii\nSeparator {}"[..], "it is VRML 1.0"),
             (b"glTF\x02\0\0\0", "a binary glTF model"),
             (b"\xe0\0\0\x01\0", "in the binary encoding"),
             (b" \n{\"asset\":{}}", "it is JSON"),
@@ -120,7 +120,15 @@ mod tests {
             let found = other_format(bytes).unwrap_or("");
             assert!(found.contains(expected), "{bytes:?}: {found:?}");
         }
-        for bytes in [&b""[..], b"<X3D/>", b"hello", b"# a comment", b"\xff\xfe<\0X\0", b"\xfe\xff\0<\0X"] {
+        let classic = [&b"#VRML V2.0 utf8\nGroup {}"[..], b"\xef\xbb\xbf#X3D V3.3 utf8"];
+        for bytes in classic.into_iter().chain([
+            &b""[..],
+            b"<X3D/>",
+            b"hello",
+            b"# a comment",
+            b"\xff\xfe<\0X\0",
+            b"\xfe\xff\0<\0X",
+        ]) {
             assert_eq!(other_format(bytes), None, "{bytes:?}");
         }
     }

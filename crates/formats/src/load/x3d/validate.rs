@@ -120,7 +120,10 @@ fn unchecked(builder: &mut Builder<'_, '_>, first: NodeId, meshes: &mut Meshes) 
         }
         let is_made = matches!(view.name(node), "Text" | "Extrusion") || elevation::lacking(&view, node) > 0;
         if is_made || view.node(parts.geometry).is_expanded {
-            meshes.made_faces += prepared.geometry.mesh.polygons.len() as u64;
+            let mesh = &prepared.geometry.mesh;
+            // A letter is one polygon with many corners.
+            let faces = if view.name(node) == "Text" { mesh.triangles.len() } else { mesh.polygons.len() };
+            meshes.made_faces += faces as u64;
             if meshes.made_faces > MAX_MADE_FACES {
                 let kind = LoadErrorKind::TooBig {
                     what: "faces of all nodes",
@@ -167,6 +170,7 @@ fn node(view: &GraphView, id: NodeId) -> Result<Option<String>, Fault> {
                 .then(|| "<OrthoViewpoint> fieldOfView bounds no area: -1 -1 1 1 is taken".into())
         }
         "PhysicalMaterial" => unused_textures(view, id, "baseTexture"),
+        "CommonSurfaceShader" => beyond_material(view, id),
         "MultiTexture" => multi_texture(view, id),
         "LineProperties" => {
             let linetype = view.ints(id, "linetype").first().copied().unwrap_or(1);
@@ -201,6 +205,15 @@ fn unused_textures(view: &GraphView, id: NodeId, used: &str) -> Option<String> {
     let unused: Vec<&str> =
         view.node(id).children.iter().map(|c| c.container).filter(|c| *c != used).collect();
     (!unused.is_empty()).then(|| format!("<{}> is drawn without its {}", view.name(id), unused.join(", ")))
+}
+
+/// Returns a remark on the parts of a CommonSurfaceShader that no Material has.
+fn beyond_material(view: &GraphView, id: NodeId) -> Option<String> {
+    let factors = ["reflectionFactor", "transmissionFactor"].into_iter();
+    let factors = factors.filter(|field| view.vec3(id, field) != glam::DVec3::ZERO);
+    let textures = view.node(id).children.iter().map(|c| c.container).filter(|c| *c != "diffuseTexture");
+    let unused: Vec<&str> = factors.chain(textures).collect();
+    (!unused.is_empty()).then(|| format!("<CommonSurfaceShader> is drawn without its {}", unused.join(", ")))
 }
 
 /// Returns a remark on unknown words of a MultiTexture, or on textures beyond the limit.

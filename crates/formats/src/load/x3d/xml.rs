@@ -1,4 +1,5 @@
-//! XML input: bytes to a checked text, and readable error messages.
+//! XML input: bytes to a checked text, and readable error messages. The places of a file in the
+//! classic encoding, which becomes XML (`classic`), are those of its own text.
 //!
 //! Only this file, `build` and `external_refs` use the XML reader (roxmltree). Before that reader
 //! sees the text, [`check`] scans its tags once: it reports an unclosed tag with its line, and
@@ -21,6 +22,17 @@ const MAX_EXPANSION: u64 = 64 << 20;
 /// Most XML nodes, runs of white space between elements included.
 const MAX_NODES: u32 = 8_000_000;
 
+/// A part of the XML made of a text in the classic encoding, and where it was in that text.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Part {
+    /// Byte offset of the part in the XML text.
+    pub(super) xml: usize,
+    /// Byte offset of its origin.
+    pub(super) classic: usize,
+    /// Number of bytes for which offsets in both advance alike.
+    pub(super) same: usize,
+}
+
 /// A file's text with its name and line table.
 #[derive(Debug)]
 pub(super) struct XmlSource {
@@ -28,14 +40,18 @@ pub(super) struct XmlSource {
     pub(super) name: String,
     /// Text without byte order mark.
     pub(super) text: String,
-    /// Byte offset of each line's beginning.
+    /// Byte offset of each line's beginning in the file's own text.
     lines: Vec<usize>,
+    /// Of a file in the classic encoding: its own text, and where the parts of the XML come from.
+    classic: Option<(String, Vec<Part>)>,
+    /// Remark on the file's encoding.
+    pub(super) remark: Option<&'static str>,
 }
 
 impl XmlSource {
     /// Decodes a file: UTF-8, UTF-16 with byte order mark, or Latin-1 if the XML declaration says
-    /// so.
-    pub(super) fn decode(bytes: &[u8], name: &str) -> Result<XmlSource, LoadError> {
+    /// so, and in the classic encoding, with a remark, if it is no UTF-8.
+    pub(super) fn decode(bytes: &[u8], name: &str, is_classic: bool) -> Result<XmlSource, LoadError> {
         let utf16 = |unit: fn([u8; 2]) -> u16, rest: &[u8]| {
             let units = rest.as_chunks::<2>().0.iter().map(|b| unit(*b));
             char::decode_utf16(units).collect::<Result<String, _>>().ok()
@@ -46,7 +62,7 @@ impl XmlSource {
             [0xfe, 0xff, rest @ ..] => utf16(u16::from_be_bytes, rest),
             _ => match std::str::from_utf8(bytes) {
                 Ok(text) => Some(text.to_string()),
-                Err(_) if is_latin1(bytes) => Some(bytes.iter().map(|b| *b as char).collect()),
+                Err(_) if is_classic || is_latin1(bytes) => Some(bytes.iter().map(|b| *b as char).collect()),
                 Err(_) => None,
             },
         };
@@ -57,17 +73,34 @@ impl XmlSource {
             let kind = LoadErrorKind::Undecodable { format: "X3D file", reason };
             return Err(LoadError::new(before.place(before.text.len()), kind));
         };
-        Ok(XmlSource::new(name, text))
+        let remark = (is_classic && std::str::from_utf8(bytes).is_err())
+            .then_some("the file is no UTF-8: Latin-1 is taken");
+        Ok(XmlSource { remark, ..XmlSource::new(name, text) })
+    }
+
+    /// Replaces the text of a file in the classic encoding by its XML.
+    pub(super) fn translated(self, xml: String, parts: Vec<Part>) -> XmlSource {
+        XmlSource { classic: Some((self.text, parts)), text: xml, ..self }
     }
 
     fn new(name: &str, text: String) -> XmlSource {
         let starts = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(at, _)| at + 1);
         let lines = std::iter::once(0).chain(starts).collect();
-        XmlSource { name: name.to_string(), text, lines }
+        XmlSource { name: name.to_string(), text, lines, classic: None, remark: None }
+    }
+
+    /// Returns the file's own text, and the byte offset in it of one in the XML.
+    fn own(&self, byte: usize) -> (&str, usize) {
+        let Some((text, parts)) = &self.classic else { return (&self.text, byte) };
+        let Some(part) = parts[..parts.partition_point(|part| part.xml <= byte)].last() else {
+            return (text, 0);
+        };
+        (text, part.classic + (byte - part.xml).min(part.same))
     }
 
     /// Returns the line of a byte offset, from 1.
     pub(super) fn line(&self, byte: usize) -> u32 {
+        let (_, byte) = self.own(byte);
         self.lines.partition_point(|start| *start <= byte) as u32
     }
 
@@ -75,14 +108,16 @@ impl XmlSource {
     pub(super) fn place(&self, byte: usize) -> FilePosition {
         let line = self.line(byte);
         let start = self.lines[line as usize - 1];
-        let column = self.text.get(start..byte).map_or(0, |s| s.chars().count()) as u32 + 1;
+        let (text, byte) = self.own(byte);
+        let column = text.get(start..byte).map_or(0, |s| s.chars().count()) as u32 + 1;
         FilePosition::column(&self.name, line, column)
     }
 
     /// Returns the text at a byte offset for "found ...": up to the end of the line, at most 24
     /// characters.
     fn snippet(&self, byte: usize) -> String {
-        let rest = self.text.get(byte..).unwrap_or("");
+        let (text, byte) = self.own(byte);
+        let rest = text.get(byte..).unwrap_or("");
         match rest.lines().next().unwrap_or("") {
             "" if rest.is_empty() => "the end of the file".into(),
             "" => "the end of the line".into(),

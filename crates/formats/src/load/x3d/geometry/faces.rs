@@ -1,4 +1,4 @@
-//! Triangle sets and IndexedFaceSet.
+//! Sets of triangles and of quads, and IndexedFaceSet.
 
 use super::super::graph::{GraphView, NodeId};
 use super::normals::{default_texcoords, push, smooth};
@@ -7,17 +7,18 @@ use super::{Built, LeftOut, Result, too_few};
 use fbptr_core::scene::{Corner, Mesh, NONE};
 use std::f64::consts::PI;
 
-/// Builds a triangle set, fan or strip, indexed or not. Missing normals are smooth across shared
-/// coordinates, or one per face with normalPerVertex='false'.
-pub(super) fn triangles(view: &GraphView, id: NodeId, is_textured: bool) -> Result<Built> {
+/// Builds a set of triangles or quads, a fan or a strip, indexed or not. Missing normals are smooth
+/// across shared coordinates, or one per face with normalPerVertex='false'.
+pub(super) fn face_set(view: &GraphView, id: NodeId, is_textured: bool) -> Result<Built> {
     let name = view.name(id);
     let vertices = Vertices::read(view, id);
     let mut built = Built { colors: vertices.color_use, ..Built::default() };
-    let (triangles, by) = triangle_indices(view, id, vertices.positions.len(), &mut built.left_out);
+    let sides = if name.ends_with("QuadSet") { 4 } else { 3 };
+    let (indices, by) = face_indices(view, id, vertices.positions.len(), &mut built.left_out);
     let face_colors = !view.bool(id, "colorPerVertex");
     let face_normals = !view.bool(id, "normalPerVertex");
     let mut mesh = Mesh { positions: vertices.positions.clone(), ..Mesh::default() };
-    for (face, indices) in (0_i64..).zip(&triangles) {
+    for (face, indices) in (0_i64..).zip(indices.chunks_exact(sides)) {
         let corner = |i: i64| {
             Ok(Corner {
                 position: vertices.position(i, (id, by))?,
@@ -31,52 +32,47 @@ pub(super) fn triangles(view: &GraphView, id: NodeId, is_textured: bool) -> Resu
             push(&mut mesh, &mut corners, view.bool(id, "ccw"));
         }
     }
-    if name == "TriangleSet" && !vertices.positions.len().is_multiple_of(3) {
-        built.remarks.push(format!("<{name}> has coordinates left over that make no triangle"));
+    if matches!(name, "TriangleSet" | "QuadSet") && !vertices.positions.len().is_multiple_of(sides) {
+        let face = if sides == 3 { "triangle" } else { "quad" };
+        built.remarks.push(format!("<{name}> has coordinates left over that make no {face}"));
     }
     finish(&mut mesh, vertices, if face_normals { 0.0 } else { PI }, is_textured);
     Ok(Built { mesh, ..built })
 }
 
-/// Returns the coordinate indices of each triangle, and the field that contains them (empty if they
-/// are implicit).
-fn triangle_indices(
+/// Returns the coordinate indices of the faces one after the other, three or four each, and the field
+/// that contains them (empty if they are implicit).
+fn face_indices(
     view: &GraphView,
     id: NodeId,
     count: usize,
     left_out: &mut LeftOut,
-) -> (Vec<[i64; 3]>, &'static str) {
-    let mut triangles = Vec::new();
-    let fan = |run: &[i64], out: &mut Vec<[i64; 3]>| {
-        out.extend(run.windows(2).skip(1).map(|w| [run[0], w[0], w[1]]))
+) -> (Vec<i64>, &'static str) {
+    let mut faces = Vec::new();
+    let fan = |run: &[i64], out: &mut Vec<i64>| {
+        out.extend(run.windows(2).skip(1).flat_map(|w| [run[0], w[0], w[1]]))
     };
     // Every second triangle of a strip is reversed, so that all have the same front.
-    let strip = |run: &[i64], out: &mut Vec<[i64; 3]>| {
-        out.extend(run.windows(3).enumerate().map(|(k, w)| match k % 2 {
+    let strip = |run: &[i64], out: &mut Vec<i64>| {
+        out.extend(run.windows(3).enumerate().flat_map(|(k, w)| match k % 2 {
             0 => [w[0], w[1], w[2]],
             _ => [w[1], w[0], w[2]],
         }));
     };
     match view.name(id) {
-        "TriangleSet" => {
-            let all: Vec<i64> = (0..count as i64).collect();
-            (all.as_chunks::<3>().0.to_vec(), "")
-        }
-        "IndexedTriangleSet" => {
-            let index = view.ints(id, "index");
-            (index.as_chunks::<3>().0.to_vec(), "index")
-        }
+        "TriangleSet" | "QuadSet" => ((0..count as i64).collect(), ""),
+        "IndexedTriangleSet" | "IndexedQuadSet" => (view.ints(id, "index").to_vec(), "index"),
         "IndexedTriangleFanSet" => {
             for run in runs(view.ints(id, "index")) {
-                fan(run, &mut triangles);
+                fan(run, &mut faces);
             }
-            (triangles, "index")
+            (faces, "index")
         }
         "IndexedTriangleStripSet" => {
             for run in runs(view.ints(id, "index")) {
-                strip(run, &mut triangles);
+                strip(run, &mut faces);
             }
-            (triangles, "index")
+            (faces, "index")
         }
         name => {
             let is_fan = name == "TriangleFanSet";
@@ -94,12 +90,12 @@ fn triangle_indices(
                 let n = n.clamp(0, count as i64 - first);
                 let run: Vec<i64> = (first..first + n).collect();
                 match is_fan {
-                    true => fan(&run, &mut triangles),
-                    false => strip(&run, &mut triangles),
+                    true => fan(&run, &mut faces),
+                    false => strip(&run, &mut faces),
                 }
                 first += n;
             }
-            (triangles, "")
+            (faces, "")
         }
     }
 }

@@ -26,12 +26,68 @@ fn over(points: &[DVec2]) -> Mesh {
 
 /// Returns the points of a circle, counter-clockwise from +x.
 fn circle(radius: f64) -> Vec<DVec2> {
-    (0..SLICES)
-        .map(|i| {
-            let (sin, cos) = libm::sincos(2.0 * PI * f64::from(i) / f64::from(SLICES));
-            DVec2::new(cos, sin) * radius
-        })
-        .collect()
+    (0..SLICES).map(|i| on_circle(2.0 * PI * f64::from(i) / f64::from(SLICES), radius)).collect()
+}
+
+fn on_circle(angle_rad: f64, radius: f64) -> DVec2 {
+    let (sin, cos) = libm::sincos(angle_rad);
+    DVec2::new(cos, sin) * radius
+}
+
+/// Returns the points of an arc counter-clockwise from its start to its end, both included; `None` for
+/// a whole circle: equal angles, or a turn and more between them (clauses 14.3.1 and 14.3.2).
+fn arc(view: &GraphView, id: NodeId, radius: f64) -> Option<Vec<DVec2>> {
+    let [start, end] = ["startAngle", "endAngle"].map(|field| view.real(id, field));
+    let sweep = end - start;
+    if sweep == 0.0 || sweep.abs() >= 2.0 * PI {
+        return None;
+    }
+    let sweep = if sweep < 0.0 { sweep + 2.0 * PI } else { sweep };
+    let slices = (sweep / (2.0 * PI) * f64::from(SLICES)).ceil().max(1.0) as u32;
+    let angle = |i: u32| start + sweep * f64::from(i) / f64::from(slices);
+    Some((0..=slices).map(|i| on_circle(angle(i), radius)).collect())
+}
+
+/// Builds an Arc2D as a line, or an ArcClose2D as a face: with its centre (PIE) or without (CHORD).
+fn arc_node(view: &GraphView, id: NodeId) -> Built {
+    let (name, radius) = (view.name(id), view.real(id, "radius"));
+    if radius <= 0.0 {
+        return nothing(format!("<{name}> of radius {radius} shows nothing: it must be positive"));
+    }
+    let points = arc(view, id, radius);
+    if name == "Arc2D" {
+        return points.map_or_else(|| outline(radius), |points| polyline(&points));
+    }
+    let Some(mut points) = points else { return disk(0.0, radius) };
+    let closure = view.text(id, "closureType").trim();
+    let mut built = Built::default();
+    if !matches!(closure, "PIE" | "CHORD") {
+        built.remarks.push(format!("<ArcClose2D> closureType {closure:?} is not known: PIE is taken"));
+    }
+    if closure != "CHORD" {
+        points.push(DVec2::ZERO);
+    }
+    face_over(&mut built.mesh, &points, radius);
+    built
+}
+
+/// Returns a line through points of the plane.
+fn polyline(points: &[DVec2]) -> Built {
+    let mut mesh = over(points);
+    mesh.lines = (1..mesh.corners.len() as u32).map(|i| [i - 1, i]).collect();
+    Built { mesh, stuff: Stuff::Bare, ..Built::default() }
+}
+
+/// Sets a mesh to one face with these corners, if there are three. The inscribed circle of the
+/// texture lies on the circle of this radius.
+fn face_over(mesh: &mut Mesh, points: &[DVec2], radius: f64) {
+    mesh.positions = points.iter().map(|p| p.extend(0.0)).collect();
+    mesh.normals = vec![DVec3::Z];
+    mesh.texcoords = points.iter().map(|p| *p / (2.0 * radius) + 0.5).collect();
+    let at = |i: u32| Corner { normal: 0, texcoord: i, ..corner(i) };
+    if points.len() > 2 {
+        mesh.push_polygon(&(0..points.len() as u32).map(at).collect::<Vec<_>>(), NONE);
+    }
 }
 
 /// Returns a circle as lines.
@@ -54,11 +110,8 @@ pub(super) fn build(view: &GraphView, id: NodeId) -> Built {
             mesh.points = (0..mesh.corners.len() as u32).collect();
             Built { mesh, stuff: Stuff::Bare, ..Built::default() }
         }
-        "Polyline2D" => {
-            let mut mesh = over(&vec2s(view.reals(id, "lineSegments")));
-            mesh.lines = (1..mesh.corners.len() as u32).map(|i| [i - 1, i]).collect();
-            Built { mesh, stuff: Stuff::Bare, ..Built::default() }
-        }
+        "Polyline2D" => polyline(&vec2s(view.reals(id, "lineSegments"))),
+        "Arc2D" | "ArcClose2D" => arc_node(view, id),
         "Circle2D" => match view.real(id, "radius") {
             radius if radius > 0.0 => outline(radius),
             radius => nothing(format!("<Circle2D> of radius {radius} has no line")),
@@ -107,21 +160,19 @@ fn disk(inner: f64, outer: f64) -> Built {
     if inner == outer {
         return outline(outer);
     }
-    let radii: &[f64] = if inner > 0.0 { &[outer, inner] } else { &[outer] };
-    let points: Vec<DVec2> = radii.iter().flat_map(|r| circle(*r)).collect();
-    let mut mesh = Mesh {
-        positions: points.iter().map(|p| p.extend(0.0)).collect(),
-        normals: vec![DVec3::Z],
-        texcoords: points.iter().map(|p| *p / (2.0 * outer) + 0.5).collect(),
-        ..Mesh::default()
-    };
+    let mut mesh = Mesh::default();
+    if inner == 0.0 {
+        face_over(&mut mesh, &circle(outer), outer);
+        return Built { mesh, ..Built::default() };
+    }
+    let points: Vec<DVec2> = [outer, inner].into_iter().flat_map(circle).collect();
+    mesh.positions = points.iter().map(|p| p.extend(0.0)).collect();
+    mesh.normals = vec![DVec3::Z];
+    mesh.texcoords = points.iter().map(|p| *p / (2.0 * outer) + 0.5).collect();
     let at = |i: u32| Corner { normal: 0, texcoord: i, ..corner(i) };
-    match inner > 0.0 {
-        false => mesh.push_polygon(&(0..SLICES).map(at).collect::<Vec<_>>(), NONE),
-        true => (0..SLICES).for_each(|i| {
-            let next = (i + 1) % SLICES;
-            mesh.push_polygon(&[i, next, SLICES + next, SLICES + i].map(at), NONE);
-        }),
+    for i in 0..SLICES {
+        let next = (i + 1) % SLICES;
+        mesh.push_polygon(&[i, next, SLICES + next, SLICES + i].map(at), NONE);
     }
     Built { mesh, ..Built::default() }
 }

@@ -47,20 +47,21 @@ pub(super) fn points(view: &GraphView, id: NodeId) -> Result<Built> {
     Ok(built)
 }
 
-/// Builds a LineSet.
+/// Builds a LineSet; `stripCount` is read where there is no `vertexCount`.
 pub(super) fn line_set(view: &GraphView, id: NodeId) -> Result<Built> {
     let vertices = Vertices::read(view, id);
     let count = vertices.positions.len() as i64;
     let (mut corners, mut lines, mut first) = (Vec::new(), Vec::new(), 0);
     let mut left_out = LeftOut::default();
-    for &n in view.ints(id, "vertexCount") {
+    let field = if view.ints(id, "vertexCount").is_empty() { "stripCount" } else { "vertexCount" };
+    for &n in view.ints(id, field) {
         if n < 2 {
-            let expected = "expected counts of 2 or more in vertexCount".into();
-            left_out.note(too_few(id, "vertexCount", expected, n.max(0) as usize));
+            let expected = format!("expected counts of 2 or more in {field}");
+            left_out.note(too_few(id, field, expected, n.max(0) as usize));
         }
         if first + n > count {
-            let expected = format!("expected vertexCount to count no more than the {count} coordinates");
-            left_out.note(too_few(id, "vertexCount", expected, (first + n) as usize));
+            let expected = format!("expected {field} to count no more than the {count} coordinates");
+            left_out.note(too_few(id, field, expected, (first + n) as usize));
         }
         let n = n.clamp(0, count - first);
         let line: Result<Vec<Corner>> = (first..first + n).map(|i| shared(&vertices, id, i)).collect();

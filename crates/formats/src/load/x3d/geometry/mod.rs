@@ -4,7 +4,7 @@
 //! is reversed), with a normal, a texture coordinate (if the shape has a texture) and a colour (if
 //! the file has one) at every corner.
 //!
-//! Sources: ISO/IEC 19775-1 clauses 11 (Rendering), 13 (Geometry3D), 14 (Geometry2D), 15 (Text).
+//! Sources: ISO/IEC 19775-1 clauses 11 (Rendering), 13 (Geometry3D), 14 (Geometry2D), 15 (Text), 32 (CAD geometry).
 //!
 //! Beyond the standard: missing parts of a list are replaced with a remark where the rest of the
 //! picture can then be shown (`texCoordIndex` and `colorIndex` whose runs differ from those of
@@ -16,6 +16,7 @@ pub(super) mod elevation;
 mod extrusion;
 mod faces;
 mod flat;
+mod font;
 mod lines;
 mod normals;
 mod solids;
@@ -139,7 +140,9 @@ pub(super) fn build(view: &GraphView, id: NodeId, is_textured: bool) -> Result<B
         | "TriangleStripSet"
         | "IndexedTriangleSet"
         | "IndexedTriangleFanSet"
-        | "IndexedTriangleStripSet" => faces::triangles(view, id, is_textured)?,
+        | "IndexedTriangleStripSet"
+        | "QuadSet"
+        | "IndexedQuadSet" => faces::face_set(view, id, is_textured)?,
         "IndexedFaceSet" => faces::indexed_face_set(view, id, is_textured)?,
         "ElevationGrid" => elevation::build(view, id, is_textured)?,
         "Extrusion" => extrusion::build(view, id, is_textured)?,

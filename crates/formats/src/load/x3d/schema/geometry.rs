@@ -18,6 +18,9 @@ const LINE_NODES: &[&str] = &["coord", "color", "normal"];
 const TEXCOORD: &[&str] = &["texCoord"];
 const SOLID: &[FieldDef] = &[f("solid", Bool, "true")];
 const NOT_SOLID: &[FieldDef] = &[f("solid", Bool, "false")];
+/// Fields of both arcs.
+const ARC: &[FieldDef] =
+    &[f("endAngle", Sf(1), "1.5707963267948966"), f("radius", Sf(1), "1"), f("startAngle", Sf(1), "0")];
 const INDEX: &[FieldDef] = &[f("index", Ints, "")];
 
 pub(super) const NODES: &[NodeDef] = &[
@@ -27,6 +30,8 @@ pub(super) const NODES: &[NodeDef] = &[
     n("IndexedTriangleSet", "geometry", VERTEX_NODES, &[COMPOSED, INDEX]),
     n("IndexedTriangleFanSet", "geometry", VERTEX_NODES, &[COMPOSED, INDEX]),
     n("IndexedTriangleStripSet", "geometry", VERTEX_NODES, &[COMPOSED, INDEX]),
+    n("QuadSet", "geometry", VERTEX_NODES, &[COMPOSED]),
+    n("IndexedQuadSet", "geometry", VERTEX_NODES, &[COMPOSED, INDEX]),
     n(
         "IndexedFaceSet",
         "geometry",
@@ -110,7 +115,8 @@ pub(super) const NODES: &[NodeDef] = &[
         ],
     ),
     n("PointSet", "geometry", LINE_NODES, &[]),
-    n("LineSet", "geometry", LINE_NODES, &[&[f("vertexCount", Ints, "")]]),
+    // Not the standard's: the name that a course's files have for vertexCount.
+    n("LineSet", "geometry", LINE_NODES, &[&[f("stripCount", Ints, ""), f("vertexCount", Ints, "")]]),
     n(
         "IndexedLineSet",
         "geometry",
@@ -126,6 +132,8 @@ pub(super) const NODES: &[NodeDef] = &[
     n("Polypoint2D", "geometry", &[], &[&[f("point", Mf(2), "")]]),
     n("Polyline2D", "geometry", &[], &[&[f("lineSegments", Mf(2), "")]]),
     n("Circle2D", "geometry", &[], &[&[f("radius", Sf(1), "1")]]),
+    n("Arc2D", "geometry", &[], &[ARC]),
+    n("ArcClose2D", "geometry", &[], &[ARC, &[f("closureType", Text, "PIE")], NOT_SOLID]),
     n("Disk2D", "geometry", &[], &[&[f("innerRadius", Sf(1), "0"), f("outerRadius", Sf(1), "1")], NOT_SOLID]),
     n("Rectangle2D", "geometry", &[], &[&[f("size", Sf(2), "2 2")], NOT_SOLID]),
     n("TriangleSet2D", "geometry", &[], &[&[f("vertices", Mf(2), "")], NOT_SOLID]),
