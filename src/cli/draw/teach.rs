@@ -29,10 +29,7 @@ const MEANINGS: [(&[&str], &str); 20] = [
     (&["background", "erase", "cls", "fillscreen", "bg"], "CLEAR colour fills the frame"),
     (&["stroke", "segment", "lineto"], "LINE x0 y0 x1 y1 c draws a line"),
     (&["thick", "width", "linewidth"], "WIDELINE x0 y0 x1 y1 width c draws a thick line"),
-    (
-        &["picture", "sprite", "drawimage"],
-        "TEX name < FILE reads a picture, STAMP or BLIT draws one",
-    ),
+    (&["picture", "sprite", "drawimage"], "TEX name < FILE reads a picture, STAMP or BLIT draws one"),
     (&["cube"], "MESH name BOX makes a cube, DRAW name draws it"),
     (&["ball"], "MESH name SPHERE makes a ball, DRAW name draws it"),
     (
