@@ -49,6 +49,10 @@ pub(crate) static NOT_PREEMPTED: Preemption = Preemption(None);
 /// some hundred microseconds of work.
 const FEW_ITEMS: usize = 4096;
 
+/// Pixels of faces that are drawn one by one between two readings of the clock: some 100 us to a
+/// millisecond of work.
+pub(crate) const UNIT_PIXELS: i64 = 1 << 15;
+
 impl fmt::Debug for Preemption {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "Preemption({})", self.0.is_some())
