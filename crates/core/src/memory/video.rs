@@ -100,11 +100,12 @@ pub struct VideoMemory {
     bytes: Aligned<u8>,
     /// Rows written since the last `take_damage`; empty when start >= end.
     damage: Range<u32>,
-    /// Rows that filled figures may touch: all, except while a figure is drawn in bands of rows.
+    /// Rows that figures may touch: all, except while a figure is drawn in bands of rows.
     window: Range<u32>,
     /// Columns and rows that drawing may touch: all, unless a clip rectangle is set.
     clip: [Range<u32>; 2],
-    /// Columns whose pixels may be drawn without a look at the clip rectangle: all or none.
+    /// Columns whose pixels may be drawn without a look at the clip rectangle and the band of rows: all
+    /// or none.
     unclipped_columns: u32,
 }
 
@@ -209,15 +210,22 @@ impl VideoMemory {
         }
     }
 
-    /// Returns the rows that filled figures of `draw2d` may touch.
+    /// Returns the rows that figures of `draw2d` may touch.
     #[inline]
     pub fn window(&self) -> Range<u32> {
         self.window.clone()
     }
 
-    /// Restricts filled figures of `draw2d` to `rows`, clamped to the frame.
+    /// Restricts figures of `draw2d` to `rows`, clamped to the frame.
     pub fn set_window(&mut self, rows: Range<u32>) {
         self.window = rows.start.min(self.height)..rows.end.min(self.height);
+        self.note_limits();
+    }
+
+    /// Notes whether drawing may touch all pixels.
+    fn note_limits(&mut self) {
+        let is_whole = self.clip == [0..self.width, 0..self.height] && self.window == (0..self.height);
+        self.unclipped_columns = if is_whole { self.width } else { 0 };
     }
 
     /// Returns the columns and the rows that drawing may touch: those of the frame, or of the clip
@@ -227,7 +235,7 @@ impl VideoMemory {
         self.clip.clone()
     }
 
-    /// Returns whether a clip rectangle leaves out a part of the frame.
+    /// Returns whether a clip rectangle or a band of rows leaves out a part of the frame.
     #[inline]
     pub fn is_clipped(&self) -> bool {
         self.unclipped_columns != self.width
@@ -241,14 +249,13 @@ impl VideoMemory {
             start..range.end.clamp(start, size)
         };
         self.clip = [within(columns, self.width), within(rows, self.height)];
-        let is_whole = self.clip == [0..self.width, 0..self.height];
-        self.unclipped_columns = if is_whole { self.width } else { 0 };
+        self.note_limits();
     }
 
     /// Ends the restriction of [`VideoMemory::set_clip`].
     pub fn end_clip(&mut self) {
         self.clip = [0..self.width, 0..self.height];
-        self.unclipped_columns = self.width;
+        self.note_limits();
     }
 
     /// Returns whether drawing may touch pixel (x, y).

@@ -318,7 +318,8 @@ fn a_small_face_stores_the_clears_of_its_own_cells_alone() {
             let call = DrawCall { shade, ..DrawCall::new(&geometry, material, width, height) };
             assert!(draw(&mut target, &call).unwrap().pixels_written > 0);
             let stored = |words: &[u128]| words.iter().filter(|word| **word != u128::MAX).count();
-            let rows = [stored(depth.unwrap().cells_mut().pending_clear), stored(ids.cells_mut().pending_clear)];
+            let rows =
+                [stored(depth.unwrap().cells_mut().pending_clear), stored(ids.cells_mut().pending_clear)];
             assert!(rows.iter().all(|rows| *rows <= 40), "{rows:?} {shade:?} {depth_format:?}");
         }
     }

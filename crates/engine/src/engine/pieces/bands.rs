@@ -10,7 +10,7 @@ use crate::engine::{Decoded, Engine};
 use fbptr_command::{Command, Figure, Rect};
 use fbptr_core::draw2d::{self, Blend};
 use fbptr_core::error::Fault;
-use fbptr_core::memory::Rgba;
+use fbptr_core::memory::{Rgba, VideoMemory};
 use std::fmt;
 use std::ops::Range;
 use std::time::Duration;
@@ -23,6 +23,34 @@ const FIRST_ROWS: u32 = 4;
 /// Returns the number of rows of a band.
 pub(in crate::engine) fn band_rows(engine: &Engine) -> u32 {
     (BAND_PIXELS / engine.framebuffer.width()).max(1)
+}
+
+/// Returns the part of a rectangle of pixels that lies in a band of rows of the target, and where its
+/// RGBA bytes are among those of the rectangle. The sides are not negative.
+pub(in crate::engine) fn part_in(Rect { x, y, w, h }: Rect, rows: &Range<u32>) -> (Rect, Range<usize>) {
+    let row = |row: u32| (i64::from(row) - i64::from(y)).clamp(0, i64::from(h));
+    let (start, end) = (row(rows.start), row(rows.end));
+    // Within the band, so it is a row of the target.
+    let top = (i64::from(y) + start) as i32;
+    let stride = w as usize * 4;
+    (Rect { x, y: top, w, h: (end - start) as i32 }, start as usize * stride..end as usize * stride)
+}
+
+/// Draws the part of a picture that lies in a band of rows.
+fn blit_band(
+    memory: &mut VideoMemory,
+    rect: Rect,
+    rgba: &[u8],
+    blend: Blend,
+    rows: &Range<u32>,
+) -> Result<(), Fault> {
+    let is_whole = rect.w >= 0 && rect.h >= 0 && rgba.len() as u64 == rect.w as u64 * rect.h as u64 * 4;
+    let (part, bytes) = match is_whole {
+        true => part_in(rect, rows),
+        // Refused before anything is drawn.
+        false => (rect, 0..rgba.len()),
+    };
+    Ok(draw2d::blit(memory, part, &rgba[bytes], blend)?)
 }
 
 /// A command that can be restricted to a band of rows.
@@ -263,10 +291,7 @@ pub(super) struct BlitBands {
 
 impl Band for BlitBands {
     fn run(&mut self, engine: &mut Engine, _: &mut Session, rows: Range<u32>) -> Result<(), Fault> {
-        engine.framebuffer.memory.set_window(rows);
-        let drawn = draw2d::blit(&mut engine.framebuffer.memory, self.rect, &self.rgba, Blend::Replace);
-        engine.end_band();
-        Ok(drawn?)
+        blit_band(&mut engine.framebuffer.memory, self.rect, &self.rgba, Blend::Replace, &rows)
     }
 
     fn end(&mut self, engine: &mut Engine, s: &mut Session, _: &mut Vec<u8>) {
@@ -292,10 +317,7 @@ pub(super) struct ImageBands {
 
 impl Band for ImageBands {
     fn run(&mut self, engine: &mut Engine, s: &mut Session, rows: Range<u32>) -> Result<(), Fault> {
-        engine.framebuffer.memory.set_window(rows);
-        let drawn = engine.put_picture(s, self.rect, &self.picture);
-        engine.end_band();
-        drawn
+        blit_band(&mut engine.framebuffer.memory, self.rect, self.picture.rgba(), s.blend, &rows)
     }
 
     fn end(&mut self, engine: &mut Engine, s: &mut Session, _: &mut Vec<u8>) {

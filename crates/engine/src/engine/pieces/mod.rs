@@ -37,10 +37,10 @@ use super::long_draw::LongDraw;
 use super::{Decoded, Engine, Request};
 use crate::clock::Instant;
 use crate::{Budget, Session};
-pub(super) use bands::band_rows;
 use bands::{
     Bands, BlitBands, ClearBands, CopyBands, EyeBands, FigureBands, ImageBands, ReadBands, StampBands,
 };
+pub(super) use bands::{band_rows, part_in};
 use fbptr_command::{Command, Figure, Rect};
 use fbptr_core::error::{Code, Fault};
 use fbptr_core::memory::{DepthFormat, MemoryUse, Reservation};

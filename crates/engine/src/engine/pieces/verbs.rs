@@ -3,9 +3,10 @@
 //!
 //! In: the verb table. Each verb is written with numbers that reach across the target, lie far outside
 //! or end their range, with the longest lists and with payloads of many bytes. Out: the most pixels
-//! that are changed between two looks at the other connection. Fear: a verb, a new one above all, that
-//! takes as long as its arguments are large while everybody waits. Work is counted and not timed: a
-//! row that was written counts with all its pixels, a byte of a reply as a quarter of a pixel.
+//! that are written between two looks at the other connection. Fear: a verb, a new one above all, that
+//! takes as long as its arguments are large while everybody waits. Work is counted and not timed: the
+//! rows that were written count with all their pixels, or if these are too many with those that
+//! changed since the command began; a byte of a reply counts as a quarter of a pixel.
 
 use super::super::Engine;
 use crate::stream::Resume;
@@ -18,8 +19,12 @@ use std::time::{Duration, Instant};
 const SIDE: u32 = 4096;
 /// Most pixels between two looks: what the estimates let run at once.
 const MOST_PIXELS: u64 = 8 << 20;
+/// Colour of the target before each command.
+const UNTOUCHED: [u8; 4] = [1, 2, 3, 255];
 /// Pieces after which a command is given up: the others are like them.
 const MOST_PIECES: usize = 200;
+/// Bytes that arrive at once.
+const SLICE_BYTES: usize = 1 << 16;
 /// Verbs of faces, which are drawn on a thread of their own: they end their turns by the clock.
 const FACES: [&str; 2] = ["DRAW", "DRAWSCENE"];
 
@@ -138,26 +143,37 @@ impl Beside {
     }
 
     /// Returns the pixels of the rows that were written on the frame and the target since the last
-    /// call.
+    /// call; of more than [`MOST_PIXELS`] those that are not [`UNTOUCHED`].
     fn written(&mut self) -> u64 {
         let mut sum = 0;
+        // Without a target the frame is seen twice, the second time without damage.
         for _ in 0..2 {
             let memory = &mut self.engine.framebuffer.memory;
             let rows = memory.take_damage();
-            sum += u64::from(rows.end.saturating_sub(rows.start)) * u64::from(memory.width());
+            let rows = u64::from(rows.end.saturating_sub(rows.start)) * u64::from(memory.width());
+            sum += match rows > MOST_PIXELS {
+                true => {
+                    memory.bytes().as_chunks().0.iter().filter(|pixel| **pixel != UNTOUCHED).count() as u64
+                }
+                false => rows,
+            };
             self.busy.session_mut().surfaces.swap_target(&mut self.engine.framebuffer);
         }
-        if self.busy.session().surfaces.has_target() { sum } else { sum / 2 }
+        sum
     }
 
     /// Runs bytes of the busy connection piece by piece, with a SYNC of the other one beside each.
     /// Returns the most pixels of a piece, the replies and the number of pieces.
     fn run(&mut self, bytes: &[u8]) -> (u64, Vec<u8>, usize) {
+        self.busy.session_mut().surfaces.swap_target(&mut self.engine.framebuffer);
+        self.engine.framebuffer.memory.clear(UNTOUCHED);
+        self.busy.session_mut().surfaces.swap_target(&mut self.engine.framebuffer);
         self.written();
-        let (mut used, mut most, mut replies, mut pieces) = (0, 0, Vec::new(), 0);
+        let (mut used, mut most, mut replies) = (0, 0, Vec::new());
+        let (mut pieces, mut resumed) = (0, 0);
         let mut state = StreamState::Ready;
         while used < bytes.len() || !matches!(state, StreamState::Ready | StreamState::Yields) {
-            if pieces >= MOST_PIECES && state == StreamState::InPieces {
+            if resumed >= MOST_PIECES && state == StreamState::InPieces {
                 self.busy.abandon(&mut self.engine);
                 break;
             }
@@ -170,13 +186,17 @@ impl Beside {
             };
             let (engine, out) = (&mut self.engine, &mut self.out);
             state = match state {
-                StreamState::InPieces => self.busy.resume(engine, Resume::Pieces, out, budget),
+                StreamState::InPieces => {
+                    resumed += 1;
+                    self.busy.resume(engine, Resume::Pieces, out, budget)
+                }
                 StreamState::Works => {
                     let result = out.job.take().expect("a job").run_guarded(&CancelToken::default());
                     self.busy.resume(engine, Resume::Job(result), out, budget)
                 }
                 _ => {
-                    let (taken, state) = self.busy.feed(engine, &bytes[used..], out, budget);
+                    let end = bytes.len().min(used + SLICE_BYTES);
+                    let (taken, state) = self.busy.feed(engine, &bytes[used..end], out, budget);
                     used += taken;
                     state
                 }
