@@ -49,7 +49,7 @@ const WORLD: &str = r#"{"dim":2,"pixels":[4],"d":1,"S":[1],"I_d":0.5,"facets":[{
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
 /// Objects of every verb that makes some, the smallest of their kind and larger ones.
-const KINDS: [Kind; 15] = [
+const KINDS: [Kind; 14] = [
     Kind { what: "CANVAS of a pixel", before: MESH, one: |i| format!("CANVAS c{i} 1 1\n") },
     Kind {
         what: "CANVAS of a pixel with a draw",
@@ -72,7 +72,6 @@ const KINDS: [Kind; 15] = [
         one: |i| format!("CANVAS c{i} 20 10\nTARGET c{i}\nDEPTH u16\nDRAW m\n"),
     },
     Kind { what: "MESH BOX", before: "", one: |i| format!("MESH m{i} BOX 1 1 1\n") },
-    Kind { what: "MESH SPHERE", before: "", one: |i| format!("MESH m{i} SPHERE\n") },
     Kind { what: "MESH of a knot", before: "", one: |i| format!("MESH m{i} KNOT 3 3\n") },
     Kind {
         what: "MESH OBJ of a triangle",
@@ -123,7 +122,7 @@ fn objects_of_every_kind_are_counted_with_their_small_blocks() {
 
 /// Verbs that give a name to nothing of their own: they use, load (as `MESH`, `TEX` and `SCENE` do) or
 /// forget. The scene of a connection is one object, not one for each name.
-const OTHERS: [&str; 8] = ["HELP", "FREE", "LOAD", "DRAW", "DRAWEYE", "STAMP", "TARGET", "SYNC"];
+const OTHERS: [&str; 9] = ["TEXTURE", "HELP", "FREE", "LOAD", "DRAW", "DRAWEYE", "STAMP", "TARGET", "SYNC"];
 
 #[test]
 fn every_verb_that_takes_a_name_is_among_the_kinds_or_makes_nothing() {

@@ -118,7 +118,7 @@ impl VideoMemory {
     /// # Errors
     /// If a side is not in 1..=[`MAX_SIDE`], or the system has no memory for the frame.
     pub fn new(width: u32, height: u32) -> Result<Self, MemoryError> {
-        let mut memory = Self::transparent(width, height)?;
+        let mut memory = Self::zeroed(width, height, Aligned::zeroed)?;
         memory.clear(Self::CLEAR);
         Ok(memory)
     }
@@ -129,6 +129,16 @@ impl VideoMemory {
     /// Those of [`VideoMemory::new`].
     #[doc(hidden)]
     pub fn transparent(width: u32, height: u32) -> Result<Self, MemoryError> {
+        // A line across rows that were never used takes a page for each of its pixels.
+        Self::zeroed(width, height, Aligned::sparse)
+    }
+
+    /// Allocates a frame in what `allocate` returns.
+    fn zeroed(
+        width: u32,
+        height: u32,
+        allocate: fn(usize) -> Option<Aligned<u8>>,
+    ) -> Result<Self, MemoryError> {
         let side = 1..=MAX_SIDE;
         if !side.contains(&width) || !side.contains(&height) {
             return Err(MemoryError::BadSize { width, height });
@@ -136,7 +146,7 @@ impl VideoMemory {
         let size = width as u64 * height as u64 * 4;
         let no_room = MemoryError::NoRoom { bytes: size };
         let len = usize::try_from(size).map_err(|_| no_room.clone())?;
-        let bytes = Aligned::zeroed(len).ok_or(no_room)?;
+        let bytes = allocate(len).ok_or(no_room)?;
         let clip = [0..width, 0..height];
         Ok(VideoMemory {
             width,
