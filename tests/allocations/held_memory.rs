@@ -122,7 +122,8 @@ fn objects_of_every_kind_are_counted_with_their_small_blocks() {
 
 /// Verbs that give a name to nothing of their own: they use, load (as `MESH`, `TEX` and `SCENE` do) or
 /// forget. The scene of a connection is one object, not one for each name.
-const OTHERS: [&str; 9] = ["TEXTURE", "HELP", "FREE", "LOAD", "DRAW", "DRAWEYE", "STAMP", "TARGET", "SYNC"];
+const OTHERS: [&str; 10] =
+    ["TEXTURE", "SNAP", "HELP", "FREE", "LOAD", "DRAW", "DRAWEYE", "STAMP", "TARGET", "SYNC"];
 
 #[test]
 fn every_verb_that_takes_a_name_is_among_the_kinds_or_makes_nothing() {

@@ -57,6 +57,9 @@ impl PreparedDraw<'_> {
             false => (y1 - y0).max(1),
         };
         for top in (y0..y1).step_by(rows as usize) {
+            if self.cancel.is_cancelled() {
+                return;
+            }
             let mut target_rows = self.target_rows(target);
             (target_rows.clip.y0, target_rows.clip.y1) = (top, y1.min(top + rows));
             self.raster(&mut target_rows).face(face, shade, triangle, writes, stats);
