@@ -29,8 +29,6 @@ mod cost;
 mod lists;
 #[cfg(test)]
 mod tests;
-#[cfg(test)]
-mod verbs;
 
 use super::drawing::Drawing;
 use super::long_draw::LongDraw;

@@ -1,5 +1,7 @@
 //! Commands in pieces are those in one: bytes, replies, counts and refusals.
 
+mod verbs;
+
 use super::*;
 use crate::engine::Progress;
 use crate::{Audience, Limits};

@@ -8,7 +8,7 @@
 //! rows that were written count with all their pixels, or if these are too many with those that
 //! changed since the command began; a byte of a reply counts as a quarter of a pixel.
 
-use super::super::Engine;
+use crate::engine::Engine;
 use crate::stream::Resume;
 use crate::{Audience, Budget, Limits, Output, Pace, Stream, StreamState};
 use fbptr_command::{Encoding, Parameter, ParameterKind, Payload, Reach, Verb};
