@@ -87,6 +87,15 @@ impl Preemption {
         }
     }
 
+    /// Returns how many rows of a box of `columns` by `rows` pixels may be drawn between two points, at
+    /// least 1.
+    pub(crate) fn rows_at_once(&self, columns: i32, rows: i32) -> i32 {
+        match self.is_possible() {
+            true => (UNIT_PIXELS / i64::from(columns).max(1)).max(1) as i32,
+            false => rows.max(1),
+        }
+    }
+
     /// Runs a draw, whose parts call [`Executor::run`]: on a thread of the pool, so that the parts
     /// need not wake one each; but on the calling thread if it can be preempted, so that no thread
     /// of the pool waits for the target.

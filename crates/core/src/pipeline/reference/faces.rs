@@ -5,7 +5,6 @@ use crate::math::coverage::PixelRect;
 use crate::pipeline::assemble::Face;
 use crate::pipeline::draw_call::{DrawStats, Target};
 use crate::pipeline::light::LitColor;
-use crate::pipeline::preemption::UNIT_PIXELS;
 use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::shade::{FaceShade, ShadingFrequency};
 use crate::pipeline::target_rows::TargetRows;
@@ -52,10 +51,7 @@ impl PreparedDraw<'_> {
         stats: &mut DrawStats,
     ) {
         let PixelRect { x0, y0, x1, y1 } = self.bounds_of(triangle);
-        let rows = match self.preemption.is_possible() {
-            true => (UNIT_PIXELS / i64::from(x1 - x0).max(1)).max(1) as i32,
-            false => (y1 - y0).max(1),
-        };
+        let rows = self.preemption.rows_at_once(x1 - x0, y1 - y0);
         for top in (y0..y1).step_by(rows as usize) {
             if self.cancel.is_cancelled() {
                 return;
