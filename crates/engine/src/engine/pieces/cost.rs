@@ -85,12 +85,7 @@ impl Engine {
                 | Figure::Rect { .. }
                 | Figure::Circle { .. },
             ) => (width + height) * LINE_PIXEL_NS,
-            C::Figure(Figure::Poly { points, .. }) => {
-                let side = |a: i32, b: i32| u64::from(a.abs_diff(b)).min(width.max(height));
-                let pairs = points.iter().zip(points.iter().cycle().skip(1));
-                let length = |(p, q): (&[i32; 2], &[i32; 2])| side(p[0], q[0]).max(side(p[1], q[1]));
-                pairs.map(length).sum::<u64>() * LINE_PIXEL_NS / 2
-            }
+            C::Figure(Figure::Poly { points, .. }) => self.outline_pixels(points) * LINE_PIXEL_NS / 2,
             C::Figure(Figure::Print { text, .. }) => {
                 text.len() as u64 * 64 * u64::from(s.text_size).pow(2) * composed
             }
@@ -100,6 +95,14 @@ impl Engine {
             _ => return false,
         };
         cost > LONG_NS
+    }
+
+    /// Returns an upper bound of the pixels of a closed outline.
+    fn outline_pixels(&self, points: &[[i32; 2]]) -> u64 {
+        let most = u64::from(self.framebuffer.width().max(self.framebuffer.height()));
+        let side = |a: i32, b: i32| u64::from(a.abs_diff(b)).min(most);
+        let pairs = points.iter().zip(points.iter().cycle().skip(1));
+        pairs.map(|(p, q)| side(p[0], q[0]).max(side(p[1], q[1]))).sum()
     }
 
     /// Returns the number of visible pixels in the bounding box of points, and whether all of them
