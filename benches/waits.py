@@ -136,6 +136,29 @@ def fan(corners, radius):
     return ("\n".join(lines) + "\nf " + " ".join(str(i + 1) for i in range(corners)) + "\n").encode()
 
 
+def equal_faces(count, corners):
+    """Returns an OBJ file of one triangle again and again."""
+    return ("".join(f"v {x} {y} 0\n" for x, y in corners) + "f 1 2 3\n" * count).encode()
+
+
+SMALL_FACE, LARGE_FACE = [(0, 0), (1, 0), (0, 1)], [(-90, -60), (90, -60), (0, 99)]
+VIEW = b"LIGHT 0 DIR 0 0 -1 1 1 1\nLOOKAT 0 0 6 0 0 0 0 1 0\nCULL none\n"
+ONE_FACE = payload("MESH m OBJ", equal_faces(1, SMALL_FACE)) + b"SHADE wire\n"
+# A curve of the most steps that one may have, and so wide that it covers each row.
+BEZIER = b"BEZIER -1e6 1e6 1e6 -1e6 -1e6 1e6 1e6 -1e6 %s white\n"
+
+
+def canvas(side):
+    return f"CANVAS k {side} {side}\nTARGET k\n".encode()
+
+
+def spokes(verb, side, count):
+    """Returns lines from the top to the bottom of a canvas; those of POLY within a line's 4096 bytes."""
+    if verb == "LINE":
+        return b"".join(f"LINE {i * 7 % side} 0 {i * 11 % side} {side} red\n".encode() for i in range(count))
+    return f"{verb} red {' '.join(f'{i * 7 % side} {side * (i % 2)}' for i in range(count))}"[:4000].encode() + b" 0\n"
+
+
 FAR_FILL = b"FILL -1e300 -1e300 1e300 0 0 1e299 ff0000 00ff00 0000ff\n"
 
 QUALITY = (
@@ -190,6 +213,32 @@ def attacks(width, height, folder, program=""):
         "draweye": (eye, lambda: f"DRAWEYE e 0 0 {width} {height}\n".encode()),
         "painter": (lambda: BALL + b"HIDE painter\n", lambda: b"DRAW m\n"),
         "wire": (lambda: BALL + b"SHADE wire\n", lambda: b"DRAW m\n"),
+        "canvas": (lambda: b"", lambda: b"CANVAS k 16000 16000\n"),
+        "leave": (lambda: b"", lambda: canvas(11200) + b"CLEAR red\n"),
+        "stamp-own": (lambda: canvas(11200), lambda: b"STAMP k 3 3\n"),
+        "stamp": (lambda: b"CANVAS a 8000 8000\n" + canvas(8000), lambda: b"STAMP a 3 3\n"),
+        "wire-canvas": (lambda: ONE_FACE, lambda: canvas(8000) + b"DRAW m\n"),
+        "wire-narrow": (lambda: ONE_FACE + b"DEPTH u16\n", lambda: canvas(8000) + b"DEPTH u16\nDRAW m\n"),
+        "clip-clear": (
+            lambda: canvas(8000) + ONE_FACE + b"DRAW m\n", lambda: b"CLIP 1 1 9000 9000\nCLEAR\nCLIP OFF\nCLEAR\n",
+        ),
+        "equal-faces": (lambda: payload("MESH m OBJ", equal_faces(2_000_000, SMALL_FACE)), lambda: b"CLEAR\nDRAW m\n"),
+        "faces-of-own": (lambda: payload("MESH m OBJ", layers(600_000)), lambda: b"CLEAR\nDRAW m\n"),
+        "equal-wire": (
+            lambda: VIEW + b"SHADE wire\n" + payload("MESH m OBJ", equal_faces(2_000_000, LARGE_FACE)),
+            lambda: b"DRAW m\n",
+        ),
+        "bezier": (lambda: b"", lambda: BEZIER % b"3"),
+        "bezier-wide": (lambda: b"", lambda: BEZIER % b"1e308"),
+        "lines-canvas": (lambda: canvas(11200), lambda: spokes("LINE", 11200, 1000)),
+        "poly-canvas": (lambda: canvas(11200), lambda: spokes("POLY", 11200, 900)),
+        "fill-canvas": (lambda: canvas(11200) + over, lambda: b"FILL 0 0 0 30000 30000 0 red lime #0000ff80\n"),
+        "blit-canvas": (lambda: canvas(4096), lambda: payload("BLIT 0 0 4096 4096", bytes(64 << 20))),
+        "pxmulti-canvas": (
+            lambda: canvas(4096), lambda: b"PXMULTI" + struct.pack("<HHI", 0, 0, 16 << 20) + bytes(64 << 20),
+        ),
+        "image-canvas": (lambda: canvas(8192), lambda: payload("IMAGE 0 0", png_gray(8192))),
+        "peek-canvas": (lambda: canvas(8192), lambda: b"PEEK 0 33000000\n"),
         "short-slivers": (
             lambda: PIXELS + SUN + TRANSPARENT + payload("MESH m OBJ", slivers(6000, 0)),
             lambda: SHORT + LONG,
@@ -242,8 +291,9 @@ def read_until(wire, mark):
         tail = (tail + data)[-len(mark):] if len(data) < len(mark) else data[-len(mark):]
 
 
-def attack(path, once, again, seconds, pipe):
-    """Runs the attacker in a process of its own; reports the number of its rounds at the end."""
+def attack(path, once, again, seconds, pipe, leaves=False):
+    """Runs the attacker in a process of its own, for each round on a connection of its own if it `leaves`; reports
+    the number of its rounds at the end."""
     wire, rounds = connect(path), 0
     try:
         wire.sendall(once + b"SYNC begin\n")
@@ -251,6 +301,9 @@ def attack(path, once, again, seconds, pipe):
         pipe.send("ready")
         until = time.monotonic() + seconds
         while time.monotonic() < until and not pipe.poll():
+            if leaves:
+                wire.close()
+                wire = connect(path)
             wire.sendall(again + b"SYNC round\n")
             read_until(wire, b"SYNC round\n")
             rounds += 1
@@ -272,7 +325,7 @@ def measure(program, size, name, syncs, seconds, threads):
                 time.sleep(0.01)
             first, again = attacks(width, height, folder, program)[name]
             here, there = multiprocessing.Pipe()
-            worker = multiprocessing.Process(target=attack, args=(path, first(), again(), seconds + 60, there))
+            worker = multiprocessing.Process(target=attack, args=(path, first(), again(), seconds + 60, there, name == "leave"))
             worker.start()
             here.recv()
             time.sleep(0.05)

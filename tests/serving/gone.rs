@@ -1,8 +1,9 @@
-//! Clients that are gone: what only they would receive is not made, and their waits hold no place.
+//! Clients that are gone, or do not read: what only they would receive is not made, and their waits
+//! hold no place.
 
 use crate::support::Serving;
 use fbptr::server::{Display, DisplayObserver, Engine, Limits};
-use std::io::Write;
+use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
@@ -53,6 +54,28 @@ fn pictures_for_closed_connections_are_not_made_and_drawing_takes_effect() {
     wait_for("the connections to end", || stat(&serving, "connections").is_some_and(|n| n <= 2));
     wait_for("their memory", || stat(&serving, "memory_used").is_some_and(|n| n <= before + (1 << 20)));
     assert_eq!(serving.say("PX 3 4\n"), "PX 3 4 123456\n");
+}
+
+#[test]
+fn queries_do_not_run_ahead_of_a_client_that_does_not_read() {
+    let serving = Serving::start(64, 64);
+    let mut silent = serving.connect();
+    // 128 MiB of replies: more than sockets hold, and than a reply queue may.
+    let rounds = 8192;
+    silent.send("READ 0 0 64 64\n".repeat(rounds).as_bytes());
+    let waiting = || stat(&serving, "memory_replies").unwrap();
+    wait_for("unread replies", || waiting() >= 100_000);
+    for _ in 0..100 {
+        let bytes = waiting();
+        assert!(bytes < 4 << 20, "{bytes} bytes of replies wait");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    // Once it reads, all of them are made.
+    let mut left = rounds * ("READ 0 0 64 64 :16384\n".len() + 64 * 64 * 4);
+    let mut room = vec![0; 1 << 16];
+    while left > 0 {
+        left -= silent.0.read(&mut room).unwrap();
+    }
 }
 
 #[test]

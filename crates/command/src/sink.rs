@@ -59,7 +59,7 @@ pub trait Sink {
         self.command(Command::PixelRun { x, y, rgba: rgba.to_vec() }, place)
     }
 
-    /// Receives `BLIT`: RGBA rows, exactly as many bytes as the rectangle has. `rgba` is the
+    /// Receives `BLIT`, unless it is longer than 16 MiB, which is a command: RGBA rows, exactly as many bytes as the rectangle has. `rgba` is the
     /// decoder's buffer, valid during the call only.
     fn blit(&mut self, rect: Rect, rgba: &[u8], place: StreamPosition) -> Flow {
         self.command(Command::Blit { rect, rgba: rgba.to_vec() }, place)

@@ -25,8 +25,8 @@ pub struct Limits {
     /// Bytes of everything that commands make the server hold, for all connections together. The
     /// command line sets it from the machine's memory.
     pub memory_bytes: u64,
-    /// Bytes of replies that a client has not read: beyond it the client's commands wait, and a
-    /// single longer reply is refused.
+    /// Bytes of a reply: a longer one is refused. A client that has not read as many bytes of replies,
+    /// or 256 KiB, is served nothing more.
     pub reply_bytes: usize,
     /// Bytes of the files that SNAP has written into the snapshot folder, in blocks of 4096 bytes.
     pub snap_bytes: u64,

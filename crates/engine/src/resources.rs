@@ -5,7 +5,7 @@
 
 use super::Limits;
 use fbptr_core::error::{Code, Fault};
-use fbptr_core::eye::{self, EyeScene};
+use fbptr_core::eye::{self, EyeLight, EyeScene, Facet};
 use fbptr_core::memory::{Reservation, Rgba};
 use fbptr_core::scene::{Geometry, Texture};
 use fbptr_formats::load::x3d::X3dDocument;
@@ -117,6 +117,24 @@ impl Resource {
     }
 }
 
+impl Resource {
+    /// Returns the bytes of its small blocks, which are not a part of its size: of many small
+    /// resources they are most of it.
+    fn fixed_bytes(&self) -> u64 {
+        let bytes = match self {
+            Resource::Mesh(_) => size_of::<Geometry>(),
+            Resource::Eye(eye) => {
+                // The lists of the screen's axes and of the eye's.
+                let axes = (eye.scene.dim + 8) * eye.scene.dim * 8;
+                let lights = eye.scene.lights.len() * size_of::<EyeLight>();
+                size_of::<Eye>() + eye.scene.facets.len() * size_of::<Facet>() + lights + axes
+            }
+            Resource::Texture(_) | Resource::Scene(..) => return 0,
+        };
+        (bytes + 2 * size_of::<usize>()) as u64
+    }
+}
+
 /// The resources of one connection, or the shared ones, by name.
 #[derive(Debug, Default)]
 pub struct ResourceTable {
@@ -168,6 +186,7 @@ impl ResourceTable {
         limits: &Limits,
     ) -> Result<(), Fault> {
         let key = (resource.kind(), name.to_owned());
+        let fixed = ENTRY_BYTES + resource.fixed_bytes();
         held.try_cover(resource.size_bytes())?;
         let size = held.bytes() + name.len() as u64;
         let old = self.of.get(&key).map(|entry| entry.bytes);
@@ -182,7 +201,7 @@ impl ResourceTable {
                 format!("{whose} hold at most {} bytes, and this makes {bytes}", limits.resource_bytes);
             return Err(Fault::new(Code::Quota, message).got(name));
         }
-        held.try_grow(name.len() as u64 + ENTRY_BYTES)?;
+        held.try_grow(name.len() as u64 + fixed)?;
         self.bytes = bytes;
         if let Some(entry) = self.of.insert(key, Entry { resource, bytes: size, _held: held }) {
             let bytes = entry.bytes;

@@ -168,6 +168,12 @@ impl Surfaces {
     }
 }
 
+impl Drop for Surfaces {
+    fn drop(&mut self) {
+        std::mem::take(&mut self.canvases).into_values().for_each(Canvas::let_go);
+    }
+}
+
 impl Canvas {
     /// Returns the bytes that are counted for it.
     fn bytes(&self) -> u64 {

@@ -21,6 +21,8 @@ pub struct Connection {
     pub is_matched: bool,
     /// True if the stream ends in order; otherwise the connection is reset.
     pub is_finished: bool,
+    /// Where it is served: reply bytes after which its client has gone without reading more.
+    pub reads: Option<usize>,
 }
 
 /// A run of bytes of one connection, executed at once. An empty one ends the connection.
@@ -89,7 +91,9 @@ impl Case {
     /// Begins a connection and returns its index.
     fn begin(&mut self, data: &mut DataProvider, extremes: Extremes) -> usize {
         let is_matched = data.below(4) > 0;
-        self.connections.push(Connection { is_matched, is_finished: true, ..Connection::default() });
+        let reads = data.once_in(6).then(|| [0, 1, 40, 2000][data.below(4)]);
+        let connection = Connection { is_matched, is_finished: true, reads, ..Connection::default() };
+        self.connections.push(connection);
         let connection = self.connections.len() - 1;
         let how = if is_matched { "report" } else { ["count", "close", "report"][data.below(3)] };
         if is_matched || data.below(2) == 0 {

@@ -6,7 +6,7 @@ use std::os::unix::fs::symlink;
 use std::path::PathBuf;
 
 /// Arguments of LOAD: files that exist, that do not, and that must not be reached.
-pub const NAMES: [&str; 19] = [
+pub const NAMES: [&str; 24] = [
     "box.obj",
     "quad.obj",
     "empty.obj",
@@ -18,6 +18,11 @@ pub const NAMES: [&str; 19] = [
     "loop.x3d",
     "folder",
     "link.obj",
+    "chain.obj",
+    "itself.obj",
+    "nowhere.obj",
+    "linked/in.obj",
+    "linked.x3d",
     "outside",
     "fifo",
     "missing.obj",
@@ -59,7 +64,18 @@ impl Folders {
         let textured =
             "<Shape><Appearance><ImageTexture url='\"good.png\" \"huge.png\"'/></Appearance><Box/></Shape>";
         put("textured.x3d", x3d(textured).as_bytes())?;
-        let _ = symlink("box.obj", load.join("link.obj"));
+        put("linked.x3d", x3d("<Inline url='\"link.x3d\"'/><Inline url='\"outside/passwd\"'/>").as_bytes())?;
+        let links = [
+            ("box.obj", "link.obj"),
+            ("link.obj", "chain.obj"),
+            ("itself.obj", "itself.obj"),
+            ("missing.obj", "nowhere.obj"),
+            ("folder", "linked"),
+            ("scene.x3d", "link.x3d"),
+        ];
+        for (to, name) in links {
+            let _ = symlink(to, load.join(name));
+        }
         let _ = symlink("/etc", load.join("outside"));
         let _ = symlink(root.join(ELSEWHERE), root.join("snap/link.png"));
         for fifo in [load.join("fifo"), root.join("snap/fifo.png")] {

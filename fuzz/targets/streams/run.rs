@@ -184,10 +184,32 @@ pub fn serve(case: &Case, folders: &Folders, recording: &SharedBuffer) -> (Vec<V
     let replies: Vec<SharedBuffer> = case.connections.iter().map(|_| SharedBuffer::default()).collect();
     for (connection, replies) in case.connections.iter().zip(&replies) {
         let input = Box::new(Pipe::new(connection, case.piece_bytes));
-        server.serve_pipe(input, Box::new(replies.clone()), || {}).expect("a thread");
+        let output = ClosingPipe { replies: replies.clone(), left: connection.reads };
+        server.serve_pipe(input, Box::new(output), || {}).expect("a thread");
     }
     let engine = server.finish();
     (replies.iter().map(SharedBuffer::bytes).collect(), Frame::of(&engine))
+}
+
+/// Output of a connection, whose client may close it after some bytes.
+struct ClosingPipe {
+    replies: SharedBuffer,
+    /// Bytes until then.
+    left: Option<usize>,
+}
+
+impl Write for ClosingPipe {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let taken = bytes.len().min(self.left.unwrap_or(usize::MAX));
+        if taken == 0 && !bytes.is_empty() {
+            return Err(io::ErrorKind::BrokenPipe.into());
+        }
+        self.left = self.left.map(|left| left - taken);
+        self.replies.write(&bytes[..taken])
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
 }
 
 /// Input of a connection: its stream in pieces, then its end or a reset.

@@ -3,7 +3,7 @@
 use super::data::DataProvider;
 use super::payloads;
 use super::space::{camera, look, matrix};
-use super::words::{EYES, Extremes, MESHES, TEXTURES, Words};
+use super::words::{CANVASES, EYES, Extremes, MESHES, TEXTURES, Words};
 use fbptr::command::{Parameter, ParameterKind, Payload, Reply, Verb};
 use std::sync::LazyLock;
 
@@ -21,7 +21,7 @@ pub static VERBS: LazyLock<Vec<&str>> = LazyLock::new(|| {
         FILLPOLY FILLPOLY TEXT LINEAA LINEAA BLEND MESH MESH MESH MESH TEX TEX SCENE SCENE EYE EYE FREE \
         LOAD LOAD LOOKAT PERSPECTIVE PLANE FRUSTUM ORTHO OBLIQUE ISOMETRIC PSEUDOISO WINDOW VIEWPORT \
         IDENTITY PUSH POP TRANSLATE ROTATE SCALE SHEAR MATRIX AMBIENT LIGHT LIGHT MATERIAL TEXTURE \
-        TEXTURE SHADE SHADE CULL HIDE DEPTH INTERP DRAW DRAW DRAW DRAW DRAW DRAWSCENE DRAWSCENE DRAWEYE \
+        TEXTURE CANVAS CANVAS TARGET TARGET CLIP STAMP STAMP IMAGE BEZIER ARC SHADE SHADE CULL HIDE DEPTH INTERP DRAW DRAW DRAW DRAW DRAW DRAWSCENE DRAWSCENE DRAWEYE \
         DRAWEYE QUALITY DEPTHAT PICK HELLO VERSION AUTO PRESENT EVENTS ERRORS SNAP";
     let mut verbs: Vec<&str> = WEIGHTED.split(' ').collect();
     let others: Vec<&str> =
@@ -55,6 +55,15 @@ fn one(verb: &'static str, data: &mut DataProvider, extremes: Extremes) -> Writt
     let reply = match verb {
         "BLIT" | "POINTS" | "TEXT" | "MESH" | "TEX" | "SCENE" | "EYE" => {
             payload = with_payload(verb, &mut w);
+            None
+        }
+        "CANVAS" | "TARGET" | "CLIP" | "STAMP" | "TEXTSIZE" => {
+            surface(verb, &mut w);
+            None
+        }
+        "IMAGE" => {
+            w.wholes(2);
+            payload = Some(payloads::picture(w.data));
             None
         }
         "POKE" | "PEEK" | "READ" | "COPY" | "CRC" | "CLEAR" | "PX" | "OFFSET" => memory(verb, &mut w),
@@ -268,6 +277,34 @@ fn plane(verb: &str, w: &mut Words) {
     }
 }
 
+/// Writes the words of the verbs of canvases, targets and clip rectangles. Sizes are now and then those
+/// of which a server has room for few, or none.
+fn surface(verb: &str, w: &mut Words) {
+    match verb {
+        "CANVAS" => {
+            w.one_of(&CANVASES);
+            match w.data.below(12) {
+                0 => w.wholes(2),
+                1 => w.one_of(&["1", "2000", "32768", "32769"]).one_of(&["1", "2000", "0"]),
+                _ => w.small(80).small(60),
+            };
+        }
+        "TARGET" => {
+            w.one_of(&["c", "d", "m", "FRAME", "frame", "FRAME"]);
+        }
+        "CLIP" => match w.data.once_in(3) {
+            true => drop(w.one_of(&["OFF", "off", "OFF 1"])),
+            false => drop(w.wholes(2).small(50).small(40)),
+        },
+        "STAMP" => {
+            w.one_of(&CANVASES).wholes(2).maybe(|w| w.color());
+        }
+        _ => {
+            w.one_of(&["1", "2", "3", "8", "0", "9"]);
+        }
+    }
+}
+
 /// Writes the words of a verb by the kinds of its parameters in the verb table, and returns its
 /// payload.
 fn by_table(verb: &str, w: &mut Words) -> Option<Vec<u8>> {
@@ -286,7 +323,7 @@ fn parameter_words(parameter: &Parameter, w: &mut Words) {
     for _ in 0..counts[w.data.below(counts.len())] {
         match parameter.kind {
             ParameterKind::Integer => w.whole(),
-            ParameterKind::Real => w.real(4.0, 8.0),
+            ParameterKind::Real => w.real(14.0, 24.0),
             ParameterKind::Angle => match w.data.once_in(2) {
                 true => w.one_of(&["45deg", "-1e9deg", "1e308deg", "0deg", "deg"]),
                 false => w.real(3.0, 6.0),
@@ -310,7 +347,7 @@ fn rest(verb: &str, w: &mut Words) -> Option<&'static str> {
         "HELLO" => return Some("HELLO"),
         "VERSION" => return Some("VERSION"),
         "FREE" => {
-            w.one_of(&["m", "@m", "t", "@t", "e", "@e", "n"]);
+            w.one_of(&["m", "@m", "t", "@t", "e", "@e", "n", "c", "d"]);
         }
         "LOAD" => load(w),
         "DRAW" => {

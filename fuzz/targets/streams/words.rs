@@ -103,6 +103,7 @@ const COLORS: [&str; 18] = [
 pub const MESHES: [&str; 4] = ["m", "n", "@m", "o"];
 pub const TEXTURES: [&str; 3] = ["t", "@t", "u"];
 pub const EYES: [&str; 2] = ["e", "@e"];
+pub const CANVASES: [&str; 3] = ["c", "d", "m"];
 
 /// Writer of the words of one command.
 pub struct Words<'d, 'i> {

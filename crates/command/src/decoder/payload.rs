@@ -22,6 +22,10 @@ const KEPT_BYTES: usize = 256 << 10;
 /// Step in bytes in which memory is reserved for a large payload.
 const RESERVED_BYTES: usize = 1 << 20;
 
+/// Length of a payload of pixels from which the sink is given its buffer. Shorter ones, such as whole
+/// frames, are drawn from the decoder's, which is used again.
+const LONG_BYTES: usize = 16 << 20;
+
 /// Initial capacity for a payload that arrives in pieces, unless it is smaller.
 const LEAST_ROOM: usize = 16 << 10;
 
@@ -207,7 +211,10 @@ fn deliver(mut command: Command, payload: Bytes<'_>, place: StreamPosition, sink
         Bytes::Borrowed(bytes) => bytes,
         Bytes::Owned(bytes, _) => bytes,
     };
+    // What takes long is the sink's to keep, so that it can do it in pieces.
+    let is_long = matches!(&payload, Bytes::Owned(bytes, _) if bytes.len() > LONG_BYTES);
     match command {
+        _ if is_long => {}
         Command::PixelRun { x, y, .. } => return sink.pixel_run(x, y, seen, place),
         Command::Blit { rect, .. } => return sink.blit(rect, seen, place),
         Command::Points { .. } => return sink.points(seen, place),

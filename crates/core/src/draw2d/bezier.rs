@@ -53,8 +53,15 @@ pub fn bezier(
         .collect();
     let mut runs = Vec::new();
     for y in ys {
-        let here = strokes.iter().filter(|(rows, _)| rows.contains(&y));
-        runs.extend(here.map(|(_, stroke)| stroke.row(y, clip.x0..clip.x1)));
+        for (_, stroke) in strokes.iter().filter(|(rows, _)| rows.contains(&y)) {
+            let run = stroke.row(y, clip.x0..clip.x1);
+            let is_whole = run == (clip.x0..clip.x1);
+            runs.push(run);
+            // The other strokes have nothing to add.
+            if is_whole {
+                break;
+            }
+        }
         join(&mut runs);
         for xs in runs.drain(..) {
             paint.run(run_mut(memory, y, xs));

@@ -4,7 +4,7 @@
 //! with the midpoint decision.
 
 use super::blend::Paint;
-use super::{Blend, DrawError, clip, pixels_mut};
+use super::{Blend, DrawError, frame, pixels_mut};
 use crate::memory::{Rgba, VideoMemory};
 use std::ops::Range;
 
@@ -23,7 +23,7 @@ pub fn circle(
 ) -> Result<(), DrawError> {
     let radius = u64::try_from(r).map_err(|_| DrawError::NegativeRadius { r: f64::from(r).into() })?;
     let Some(paint) = Paint::new(color, blend) else { return Ok(()) };
-    let (width, clip) = (memory.width(), clip(memory));
+    let (width, clip) = (memory.width(), frame(memory));
     if clip.is_empty() {
         return Ok(());
     }

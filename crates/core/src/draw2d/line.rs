@@ -18,7 +18,7 @@ mod parallel;
 
 pub use parallel::{Line, lines, lines_on};
 
-use super::{AreaColors, Blend, RampColor, clip, pixels_mut};
+use super::{AreaColors, Blend, RampColor, frame, pixels_mut};
 use crate::memory::{Rgba, VideoMemory};
 use bresenham::{SHORT, VisibleRun};
 
@@ -77,7 +77,7 @@ fn draw(memory: &mut VideoMemory, p0: [i32; 2], p1: [i32; 2], color: RampColor, 
     let run = if inside(p0, size) && inside(p1, size) && !memory.is_clipped() {
         Some(VisibleRun::unclipped(p0, p1, width))
     } else {
-        VisibleRun::clipped(p0.map(i64::from), p1.map(i64::from), clip(memory), width)
+        VisibleRun::clipped(p0.map(i64::from), p1.map(i64::from), frame(memory), width)
     };
     if let Some(run) = run {
         let rows = run.draw(pixels_mut(memory), color, blend);

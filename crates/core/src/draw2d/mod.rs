@@ -160,18 +160,14 @@ impl From<[Rgba; 3]> for AreaColors {
     }
 }
 
-/// Returns the pixels that drawing may touch: those of the frame, or of the clip rectangle.
-fn clip(memory: &VideoMemory) -> PixelRect {
-    let [columns, rows] = memory.clip();
-    let [x0, y0, x1, y1] = [columns.start, rows.start, columns.end, rows.end].map(|v| v as i32);
-    PixelRect { x0, y0, x1, y1 }
-}
-
-/// Returns the pixels that figures of areas may touch: those of [`clip`] in the current band of rows.
+/// Returns the pixels that figures may touch: those of the frame, or of the clip rectangle, in the
+/// current band of rows.
 fn frame(memory: &VideoMemory) -> PixelRect {
-    let (clip, rows) = (clip(memory), memory.window());
-    let y0 = clip.y0.max(rows.start as i32);
-    PixelRect { y0, y1: clip.y1.min(rows.end as i32).max(y0), ..clip }
+    let ([columns, rows], band) = (memory.clip(), memory.window());
+    let y0 = rows.start.max(band.start);
+    let y1 = rows.end.min(band.end).max(y0);
+    let [x0, y0, x1, y1] = [columns.start, y0, columns.end, y1].map(|v| v as i32);
+    PixelRect { x0, y0, x1, y1 }
 }
 
 /// Returns all pixels, row 0 first. The caller marks the rows it writes as damaged.
@@ -188,7 +184,7 @@ fn run_mut(memory: &mut VideoMemory, y: i32, xs: Range<i32>) -> &mut [Rgba] {
 }
 
 /// Clamps `start..start + len` to `within`; empty if `len` is not positive.
-fn clip_range(start: i32, len: i32, within: &Range<u32>) -> Range<i32> {
+fn clip_range(start: i32, len: i32, within: Range<i32>) -> Range<i32> {
     let [low, high] = [within.start, within.end].map(i64::from);
     let end = (i64::from(start) + i64::from(len)).clamp(low, high);
     (i64::from(start).clamp(low, high)) as i32..end as i32
@@ -196,8 +192,8 @@ fn clip_range(start: i32, len: i32, within: &Range<u32>) -> Range<i32> {
 
 /// Returns the columns and rows of a rectangle that drawing may touch.
 fn visible(memory: &VideoMemory, rect: Rect) -> [Range<i32>; 2] {
-    let [columns, rows] = memory.clip();
-    [clip_range(rect.x, rect.w, &columns), clip_range(rect.y, rect.h, &rows)]
+    let PixelRect { x0, y0, x1, y1 } = frame(memory);
+    [clip_range(rect.x, rect.w, x0..x1), clip_range(rect.y, rect.h, y0..y1)]
 }
 
 #[cfg(test)]

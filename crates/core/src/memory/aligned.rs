@@ -40,13 +40,23 @@ impl<T: Copy> Aligned<T> {
     where
         T: Default,
     {
+        let mut zeroed = Self::sparse(len)?;
+        if zeroed.len * size_of::<T>() >= LARGE {
+            ask_for_huge_pages(&mut zeroed.items);
+        }
+        Some(zeroed)
+    }
+
+    /// Does the same without huge pages, however large the slice is: the first use of an item takes no
+    /// more than it takes the system to clear a small page.
+    pub fn sparse(len: usize) -> Option<Self>
+    where
+        T: Default,
+    {
         let Room { line, slack, items: room } = Room::of::<T>(len)?;
         // `vec!` ends the process if there is no room; so that is asked for first.
         Vec::<T>::new().try_reserve_exact(room).ok()?;
-        let mut items = vec![T::default(); room];
-        if line == HUGE_PAGE_BYTES {
-            ask_for_huge_pages(&mut items);
-        }
+        let items = vec![T::default(); room];
         let start = items.as_ptr().align_offset(line).min(slack);
         Some(Aligned { items, start, len })
     }

@@ -162,6 +162,16 @@ enum Words {
     Wide(Aligned<i32>),
 }
 
+impl Words {
+    /// Stores a word in these pixels.
+    fn fill(&mut self, pixels: Range<usize>, word: u32) {
+        match self {
+            Words::Narrow(w) => w[pixels].fill(word as u16),
+            Words::Wide(w) => w[pixels].fill(word as i32),
+        }
+    }
+}
+
 impl DepthMemory {
     /// Allocates a depth memory of `width` x `height` pixels, cleared to z = 1.
     ///
@@ -173,8 +183,9 @@ impl DepthMemory {
         let room = "room for a frame's depths";
         let mut pending_clear = PendingClear::of_tiles(width, height);
         let words = match format {
-            DepthFormat::U16 => Words::Narrow(Aligned::new(len, far as u16).expect(room)),
             // The first clear is deferred as every other one.
+            DepthFormat::U16 if pending_clear.add_all() => Words::Narrow(Aligned::zeroed(len).expect(room)),
+            DepthFormat::U16 => Words::Narrow(Aligned::new(len, far as u16).expect(room)),
             _ if pending_clear.add_all() => Words::Wide(Aligned::zeroed(len).expect(room)),
             _ => Words::Wide(Aligned::new(len, far as i32).expect(room)),
         };
@@ -205,34 +216,28 @@ impl DepthMemory {
     pub fn clear(&mut self) {
         let far = self.format.encode(1.0, 0.0);
         match &mut self.words {
+            _ if self.pending_clear.add_all() => {}
             Words::Narrow(w) => w.fill(far as u16),
-            Words::Wide(_) if self.pending_clear.add_all() => {}
             Words::Wide(w) => w.fill(far as i32),
         }
     }
 
     /// Sets the depths of these columns and rows to 1; those beyond the frame are ignored.
     pub fn clear_within(&mut self, columns: &Range<u32>, rows: &Range<u32>) {
-        self.finish_clears();
-        let (far, width) = (self.format.encode(1.0, 0.0), self.width as usize);
+        let far = self.format.encode(1.0, 0.0);
         let end = columns.end.min(self.width) as usize;
         let columns = (columns.start as usize).min(end)..end;
         for row in rows.start..rows.end.min(self.height) {
-            let at = row as usize * width;
-            let run = at + columns.start..at + columns.end;
-            match &mut self.words {
-                Words::Narrow(w) => w[run].fill(far as u16),
-                Words::Wide(w) => w[run].fill(far as i32),
-            }
+            let words = &mut self.words;
+            self.pending_clear.add_within(row as usize, columns.clone(), |pixels| words.fill(pixels, far));
         }
     }
 
     /// Stores the words of all pending clears.
     fn finish_clears(&mut self) {
-        let far = self.format.encode(1.0, 0.0) as i32;
-        if let Words::Wide(words) = &mut self.words {
-            self.pending_clear.take(|pixels| words[pixels].fill(far));
-        }
+        let far = self.format.encode(1.0, 0.0);
+        let words = &mut self.words;
+        self.pending_clear.take(|pixels| words.fill(pixels, far));
     }
 
     /// Returns the stored word of pixel number `index` (= width * y + x); smaller is nearer.
@@ -256,8 +261,9 @@ impl DepthMemory {
     /// If `index` is not a pixel of this memory.
     #[inline]
     pub fn set_word(&mut self, index: usize, word: u32) {
-        self.finish_clears();
-        match &mut self.words {
+        let (words, far) = (&mut self.words, self.format.encode(1.0, 0.0));
+        self.pending_clear.open(index, |pixels| words.fill(pixels, far));
+        match words {
             Words::Narrow(w) => w[index] = word as u16,
             Words::Wide(w) => w[index] = word as i32,
         }
@@ -352,8 +358,16 @@ mod tests {
             let cells = depth.cells_mut();
             if !cells.pending_clear.is_empty() {
                 let row = width as usize * 2;
-                cells.words[row..row + columns.end].fill(cells.far);
-                cells.words[row + 1] = 77;
+                match format {
+                    DepthFormat::U16 => {
+                        cells.narrow[row..row + columns.end].fill(cells.far as u16);
+                        cells.narrow[row + 1] = 77;
+                    }
+                    _ => {
+                        cells.words[row..row + columns.end].fill(cells.far);
+                        cells.words[row + 1] = 77;
+                    }
+                }
                 cells.pending_clear[2] &= !1;
                 want[row + 1] = 77;
             }

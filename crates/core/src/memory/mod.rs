@@ -32,7 +32,7 @@ pub use depth::{DepthFormat, DepthMemory, DepthWords};
 #[doc(hidden)]
 pub use device::DeviceMemory;
 pub use fbptr::FbPtr;
-pub(crate) use pending_clear::{STRIP_CELL, TILE_CELL};
+pub(crate) use pending_clear::{RowCells, STRIP_CELL, TILE_CELL};
 pub use pick_buffer::PickBuffer;
 pub(crate) use pick_buffer::{NO_FACE as NOT_PICKED, PickCells};
 pub use shared::{SHARED_HEADER_BYTES, SHARED_MAGIC, SharedError, SharedFile};

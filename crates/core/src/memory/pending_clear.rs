@@ -73,6 +73,48 @@ impl PendingClear {
         self.words[row * self.row_words() + cell / bits] >> (cell % bits) & 1 == 1
     }
 
+    /// Removes the cell of a pixel, and calls `clear` with the pixels of the cell if its clear was
+    /// pending.
+    #[inline]
+    pub fn open(&mut self, index: usize, clear: impl FnOnce(Range<usize>)) {
+        if self.has_any && self.has_pixel(index) {
+            let (row, column) = (index / self.width, index % self.width);
+            let cell = (column / self.columns).min(self.cells - 1);
+            let bits = u128::BITS as usize;
+            let word = row * self.row_words() + cell / bits;
+            self.words[word] &= !(1 << (cell % bits));
+            let columns = self.columns_of(cell);
+            clear(row * self.width + columns.start..row * self.width + columns.end);
+        }
+    }
+
+    /// Adds what lies in these columns of a row: whole cells, and calls `clear` with the pixels of
+    /// cells that lie in it in part, unless their clear is pending.
+    pub fn add_within(&mut self, row: usize, columns: Range<usize>, mut clear: impl FnMut(Range<usize>)) {
+        let at = row * self.width;
+        if columns.is_empty() {
+            return;
+        }
+        if self.words.is_empty() {
+            return clear(at + columns.start..at + columns.end);
+        }
+        // Without pending clears all bits are 0.
+        self.has_any = true;
+        let (size, last) = (self.columns, self.cells - 1);
+        let cell_of = |column: usize| (column / size).min(last);
+        let (bits, row_words) = (u128::BITS as usize, self.row_words());
+        for cell in cell_of(columns.start)..=cell_of(columns.end - 1) {
+            let own = self.columns_of(cell);
+            let (word, bit) = (row * row_words + cell / bits, 1 << (cell % bits));
+            let is_pending = self.words[word] & bit != 0;
+            match columns.start <= own.start && own.end <= columns.end {
+                true => self.words[word] |= bit,
+                false if is_pending => {}
+                false => clear(at + own.start.max(columns.start)..at + own.end.min(columns.end)),
+            }
+        }
+    }
+
     /// Removes all cells, and calls `clear` with their pixels.
     #[inline]
     pub fn take(&mut self, clear: impl FnMut(Range<usize>)) {
@@ -105,5 +147,42 @@ impl PendingClear {
     /// cleared its cell.
     pub fn words_mut(&mut self) -> &mut [u128] {
         if self.has_any { &mut self.words } else { &mut [] }
+    }
+}
+
+/// Cells of a row, as a range of rows is split between threads: their columns and their number.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RowCells {
+    columns: usize,
+    cells: usize,
+    width: usize,
+}
+
+impl RowCells {
+    /// Returns the cells of tiles of a row of `width` pixels.
+    pub fn of_tiles(width: usize) -> Self {
+        RowCells { columns: TILE_CELL, cells: (width / TILE_CELL).max(1), width }
+    }
+
+    /// Returns the cells of strips of a row of `width` pixels.
+    pub fn of_strips(width: usize) -> Self {
+        RowCells { columns: STRIP_CELL, cells: width.div_ceil(STRIP_CELL).max(1), width }
+    }
+
+    /// Removes the pending clears of a row's cells, whose words these are, that contain some of these
+    /// columns; calls `clear` with the columns of each.
+    pub fn open(&self, words: &mut [u128], columns: Range<usize>, mut clear: impl FnMut(Range<usize>)) {
+        if columns.is_empty() || words.iter().all(|word| *word == 0) {
+            return;
+        }
+        let cell_of = |column: usize| (column / self.columns).min(self.cells - 1);
+        for cell in cell_of(columns.start)..=cell_of(columns.end - 1) {
+            let (word, bit) = (cell / u128::BITS as usize, 1 << (cell % u128::BITS as usize));
+            if words[word] & bit != 0 {
+                words[word] &= !bit;
+                let end = if cell + 1 == self.cells { self.width } else { (cell + 1) * self.columns };
+                clear(cell * self.columns..end);
+            }
+        }
     }
 }

@@ -111,12 +111,11 @@ impl PickBuffer {
 
     /// Forgets the faces of these columns and rows; those beyond the frame are ignored.
     pub fn clear_within(&mut self, columns: &std::ops::Range<u32>, rows: &std::ops::Range<u32>) {
-        self.finish_clears();
         let end = columns.end.min(self.width) as usize;
         let columns = (columns.start as usize).min(end)..end;
         for row in rows.start..rows.end.min(self.height) {
-            let at = row as usize * self.width as usize;
-            self.ids[at + columns.start..at + columns.end].fill(NO_FACE);
+            let ids = &mut self.ids;
+            self.pending_clear.add_within(row as usize, columns.clone(), |pixels| ids[pixels].fill(NO_FACE));
         }
     }
 
@@ -150,8 +149,9 @@ impl PickBuffer {
     /// If `index` is not a pixel of this buffer.
     #[inline]
     pub fn set(&mut self, index: usize, name: u32, triangle: u32) {
-        self.finish_clears();
-        self.ids[index] = [name, triangle];
+        let ids = &mut self.ids;
+        self.pending_clear.open(index, |pixels| ids[pixels].fill(NO_FACE));
+        ids[index] = [name, triangle];
     }
 }
 

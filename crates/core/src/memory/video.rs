@@ -100,11 +100,12 @@ pub struct VideoMemory {
     bytes: Aligned<u8>,
     /// Rows written since the last `take_damage`; empty when start >= end.
     damage: Range<u32>,
-    /// Rows that filled figures may touch: all, except while a figure is drawn in bands of rows.
+    /// Rows that figures may touch: all, except while a figure is drawn in bands of rows.
     window: Range<u32>,
     /// Columns and rows that drawing may touch: all, unless a clip rectangle is set.
     clip: [Range<u32>; 2],
-    /// Columns whose pixels may be drawn without a look at the clip rectangle: all or none.
+    /// Columns whose pixels may be drawn without a look at the clip rectangle and the band of rows: all
+    /// or none.
     unclipped_columns: u32,
 }
 
@@ -117,7 +118,7 @@ impl VideoMemory {
     /// # Errors
     /// If a side is not in 1..=[`MAX_SIDE`], or the system has no memory for the frame.
     pub fn new(width: u32, height: u32) -> Result<Self, MemoryError> {
-        let mut memory = Self::transparent(width, height)?;
+        let mut memory = Self::zeroed(width, height, Aligned::zeroed)?;
         memory.clear(Self::CLEAR);
         Ok(memory)
     }
@@ -128,6 +129,16 @@ impl VideoMemory {
     /// Those of [`VideoMemory::new`].
     #[doc(hidden)]
     pub fn transparent(width: u32, height: u32) -> Result<Self, MemoryError> {
+        // A line across rows that were never used takes a page for each of its pixels.
+        Self::zeroed(width, height, Aligned::sparse)
+    }
+
+    /// Allocates a frame in what `allocate` returns.
+    fn zeroed(
+        width: u32,
+        height: u32,
+        allocate: fn(usize) -> Option<Aligned<u8>>,
+    ) -> Result<Self, MemoryError> {
         let side = 1..=MAX_SIDE;
         if !side.contains(&width) || !side.contains(&height) {
             return Err(MemoryError::BadSize { width, height });
@@ -135,7 +146,7 @@ impl VideoMemory {
         let size = width as u64 * height as u64 * 4;
         let no_room = MemoryError::NoRoom { bytes: size };
         let len = usize::try_from(size).map_err(|_| no_room.clone())?;
-        let bytes = Aligned::zeroed(len).ok_or(no_room)?;
+        let bytes = allocate(len).ok_or(no_room)?;
         let clip = [0..width, 0..height];
         Ok(VideoMemory {
             width,
@@ -209,15 +220,22 @@ impl VideoMemory {
         }
     }
 
-    /// Returns the rows that filled figures of `draw2d` may touch.
+    /// Returns the rows that figures of `draw2d` may touch.
     #[inline]
     pub fn window(&self) -> Range<u32> {
         self.window.clone()
     }
 
-    /// Restricts filled figures of `draw2d` to `rows`, clamped to the frame.
+    /// Restricts figures of `draw2d` to `rows`, clamped to the frame.
     pub fn set_window(&mut self, rows: Range<u32>) {
         self.window = rows.start.min(self.height)..rows.end.min(self.height);
+        self.note_limits();
+    }
+
+    /// Notes whether drawing may touch all pixels.
+    fn note_limits(&mut self) {
+        let is_whole = self.clip == [0..self.width, 0..self.height] && self.window == (0..self.height);
+        self.unclipped_columns = if is_whole { self.width } else { 0 };
     }
 
     /// Returns the columns and the rows that drawing may touch: those of the frame, or of the clip
@@ -227,7 +245,7 @@ impl VideoMemory {
         self.clip.clone()
     }
 
-    /// Returns whether a clip rectangle leaves out a part of the frame.
+    /// Returns whether a clip rectangle or a band of rows leaves out a part of the frame.
     #[inline]
     pub fn is_clipped(&self) -> bool {
         self.unclipped_columns != self.width
@@ -241,14 +259,13 @@ impl VideoMemory {
             start..range.end.clamp(start, size)
         };
         self.clip = [within(columns, self.width), within(rows, self.height)];
-        let is_whole = self.clip == [0..self.width, 0..self.height];
-        self.unclipped_columns = if is_whole { self.width } else { 0 };
+        self.note_limits();
     }
 
     /// Ends the restriction of [`VideoMemory::set_clip`].
     pub fn end_clip(&mut self) {
         self.clip = [0..self.width, 0..self.height];
-        self.unclipped_columns = self.width;
+        self.note_limits();
     }
 
     /// Returns whether drawing may touch pixel (x, y).

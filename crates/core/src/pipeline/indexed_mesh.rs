@@ -21,9 +21,9 @@ use glam::{DVec3, DVec4};
 const PADDING: usize = 16;
 
 /// Smallest number of faces in a chunk of set-up work.
-const CHUNK_FACES: usize = 4096;
+pub const CHUNK_FACES: usize = 4096;
 /// Largest number of chunks: each has a list for each tile, and a bit in the tile's visitors.
-const MOST_CHUNKS: usize = 64;
+pub const MOST_CHUNKS: usize = 64;
 
 /// Returns the number of faces in a chunk of set-up work for a mesh of `faces` faces.
 pub fn chunk_faces(faces: usize) -> usize {

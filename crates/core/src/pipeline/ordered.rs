@@ -11,7 +11,7 @@ use super::assemble::Face;
 use super::depth_sort::recycle;
 use super::draw_call::{DrawStats, Target};
 use super::plan::Part;
-use super::preemption::{NOT_PREEMPTED, Slice};
+use super::preemption::{NOT_PREEMPTED, Slice, UNIT_PIXELS};
 use super::prepared_draw::PreparedDraw;
 use super::reference::WriteMask;
 use super::shade::FaceShade;
@@ -31,9 +31,7 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 const BATCH: usize = 8192;
 /// Rows of a band.
 const BAND_ROWS: u32 = 16;
-/// Pixels of a band that are drawn between two readings of the clock: some 100 us; and those that
-/// take as long as a face takes beside its pixels.
-const UNIT_PIXELS: i64 = 1 << 15;
+/// Pixels that take as long as a face takes beside its pixels.
 const FACE_COST: i64 = 1 << 10;
 /// Total bounding-box pixels below which the calling thread draws alone: waking others costs more.
 const FEW_PIXELS: u64 = 20_000;
@@ -265,6 +263,7 @@ impl Work<'_, '_> {
             match &f.blended_face {
                 Some(blended_face) => {
                     let (triangle, face, shade) = (f.triangle, &f.face, &f.shade);
+                    target_rows.open_box(f.bounds);
                     let raster = BlendedRaster { prepared, triangle, blended_face, face, shade };
                     stats += raster.draw(self.level, &mut target_rows);
                 }

@@ -49,6 +49,10 @@ pub(crate) static NOT_PREEMPTED: Preemption = Preemption(None);
 /// some hundred microseconds of work.
 const FEW_ITEMS: usize = 4096;
 
+/// Pixels of faces that are drawn one by one between two readings of the clock: some 100 us to a
+/// millisecond of work.
+pub(crate) const UNIT_PIXELS: i64 = 1 << 15;
+
 impl fmt::Debug for Preemption {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "Preemption({})", self.0.is_some())
@@ -80,6 +84,15 @@ impl Preemption {
         {
             owner.release(target);
             owner.acquire(target);
+        }
+    }
+
+    /// Returns how many rows of a box of `columns` by `rows` pixels may be drawn between two points, at
+    /// least 1.
+    pub(crate) fn rows_at_once(&self, columns: i32, rows: i32) -> i32 {
+        match self.is_possible() {
+            true => (UNIT_PIXELS / i64::from(columns).max(1)).max(1) as i32,
+            false => rows.max(1),
         }
     }
 

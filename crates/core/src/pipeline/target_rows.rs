@@ -3,7 +3,7 @@
 use super::draw_call::Target;
 use super::plan::{Part, Parts};
 use crate::math::coverage::PixelRect;
-use crate::memory::{DepthFormat, DepthWords, PickBuffer};
+use crate::memory::{DepthCells, DepthFormat, DepthWords, NOT_PICKED, PickCells, RowCells};
 use std::ops::Range;
 
 /// Some rows of a render target, and the clip rectangle of the draw.
@@ -20,8 +20,30 @@ pub(crate) struct TargetRows<'t> {
     pub depth: Option<(DepthFormat, DepthWords<'t>)>,
     /// Pick-buffer ids of these rows.
     pub ids: Option<&'t mut [[u32; 2]]>,
+    /// Pending clears of their cells.
+    clears: Clears<'t>,
     /// Range of rows that were written.
     pub written: Range<u32>,
+}
+
+/// Pending clears of some rows: one word a row for depths, and several for ids; empty where none is
+/// pending.
+struct Clears<'t> {
+    depth: &'t mut [u128],
+    far: i32,
+    ids: &'t mut [u128],
+    words_of_ids: usize,
+}
+
+impl Clears<'_> {
+    /// Splits before row number `rows` of these.
+    fn split(self, rows: usize) -> (Self, Self) {
+        let Clears { depth, far, ids, words_of_ids } = self;
+        let (depth, depth_below) = depth.split_at_mut(rows.min(depth.len()));
+        let (ids, ids_below) = ids.split_at_mut((rows * words_of_ids).min(ids.len()));
+        let below = Clears { depth: depth_below, far, ids: ids_below, words_of_ids };
+        (Clears { depth, far, ids, words_of_ids }, below)
+    }
 }
 
 impl<'t> TargetRows<'t> {
@@ -29,10 +51,58 @@ impl<'t> TargetRows<'t> {
     pub fn new(target: &'t mut Target, clip: PixelRect, parts: Parts) -> Self {
         let width = target.memory.width() as usize;
         let depth = target.depth.as_mut().filter(|_| parts.uses(Part::DepthMemory));
-        let depth = depth.map(|d| (d.format(), d.words_mut()));
-        let ids = target.ids.as_deref_mut().filter(|_| parts.uses(Part::PickBuffer)).map(PickBuffer::ids_mut);
+        let depth = depth.map(|d| (d.format(), d.cells_mut()));
+        let ids = target.ids.as_deref_mut().filter(|_| parts.uses(Part::PickBuffer));
+        let mut clears = Clears { depth: &mut [], far: 0, ids: &mut [], words_of_ids: 0 };
+        let depth = depth.map(|(format, DepthCells { words, narrow, pending_clear, far })| {
+            (clears.depth, clears.far) = (pending_clear, far);
+            match format {
+                DepthFormat::U16 => (format, DepthWords::Narrow(narrow)),
+                _ => (format, DepthWords::Wide(words)),
+            }
+        });
+        let ids = ids.map(|ids| {
+            let PickCells { ids, pending_clear, row_words } = ids.cells_mut();
+            (clears.ids, clears.words_of_ids) = (pending_clear, row_words);
+            ids
+        });
         let bytes = target.memory.bytes_mut();
-        TargetRows { width, clip, y0: 0, bytes, depth, ids, written: 0..0 }
+        TargetRows { width, clip, y0: 0, bytes, depth, ids, clears, written: 0..0 }
+    }
+
+    /// Stores the pending clears of the cells in these columns of row `y`. Whoever reads or writes
+    /// depths or ids does this before.
+    #[inline]
+    pub fn open(&mut self, y: i32, columns: Range<i32>) {
+        if !(self.clears.depth.is_empty() && self.clears.ids.is_empty()) {
+            self.open_cells((y - self.y0 as i32) as usize, columns.start as usize..columns.end as usize);
+        }
+    }
+
+    /// Does the same for a rectangle within these rows.
+    pub fn open_box(&mut self, PixelRect { x0, y0, x1, y1 }: PixelRect) {
+        let columns = x0.max(self.clip.x0)..x1.min(self.clip.x1);
+        if columns.start < columns.end {
+            (y0.max(self.clip.y0)..y1.min(self.clip.y1)).for_each(|y| self.open(y, columns.clone()));
+        }
+    }
+
+    #[inline(never)]
+    fn open_cells(&mut self, row: usize, columns: Range<usize>) {
+        let TargetRows { width, depth, ids, clears, .. } = self;
+        let (width, at) = (*width, row * *width);
+        if let (Some((_, words)), Some(pending)) = (depth, clears.depth.get_mut(row..row + 1)) {
+            let far = clears.far;
+            RowCells::of_tiles(width).open(pending, columns.clone(), |xs| match words {
+                DepthWords::Narrow(words) => words[at + xs.start..at + xs.end].fill(far as u16),
+                DepthWords::Wide(words) => words[at + xs.start..at + xs.end].fill(far),
+            });
+        }
+        let words = row * clears.words_of_ids..(row + 1) * clears.words_of_ids;
+        if let (Some(ids), Some(pending)) = (ids, clears.ids.get_mut(words)) {
+            RowCells::of_strips(width)
+                .open(pending, columns, |xs| ids[at + xs.start..at + xs.end].fill(NOT_PICKED));
+        }
     }
 
     /// Returns the rows inside the clip rectangle.
@@ -55,11 +125,12 @@ impl<'t> TargetRows<'t> {
             }
         };
         let (ids, ids_below) = self.ids.map(|ids| ids.split_at_mut(pixels)).unzip();
+        let (clears, clears_below) = self.clears.split((row - y0) as usize);
         let at = row as i32;
         let above = PixelRect { y1: self.clip.y1.min(at), ..self.clip };
         let below = PixelRect { y0: self.clip.y0.max(at), ..self.clip };
         (
-            TargetRows { width, clip: above, y0, bytes, depth, ids, written: 0..0 },
+            TargetRows { width, clip: above, y0, bytes, depth, ids, clears, written: 0..0 },
             TargetRows {
                 width,
                 clip: below,
@@ -67,6 +138,7 @@ impl<'t> TargetRows<'t> {
                 bytes: bytes_below,
                 depth: depth_below,
                 ids: ids_below,
+                clears: clears_below,
                 written: 0..0,
             },
         )

@@ -301,6 +301,31 @@ fn pick_remembers_the_last_face_that_wrote_depth() {
 }
 
 #[test]
+fn a_small_face_stores_the_clears_of_its_own_cells_alone() {
+    let corners = vec![DVec3::ZERO, DVec3::new(0.05, 0.0, 0.0), DVec3::new(0.0, 0.05, 0.0)];
+    let geometry = Geometry { mesh: Mesh::from_triangles(corners, &[[0, 1, 2]]), textures: Vec::new() };
+    let glass = Material { transparency: 0.5, emissive: DVec3::ONE, ..Material::default() };
+    let solid = Material { emissive: DVec3::ONE, ..Material::default() };
+    let (width, height) = (1024, 256);
+    for depth_format in [DepthFormat::F32, DepthFormat::U16] {
+        for (material, shade) in
+            [(&solid, ShadeMode::Wire), (&glass, ShadeMode::Phong), (&solid, ShadeMode::Phong)]
+        {
+            let mut memory = VideoMemory::new(width, height).unwrap();
+            let (mut depth, mut ids) = (None, PickBuffer::new(width, height));
+            let mut target =
+                Target { memory: &mut memory, depth: &mut depth, depth_format, ids: Some(&mut ids) };
+            let call = DrawCall { shade, ..DrawCall::new(&geometry, material, width, height) };
+            assert!(draw(&mut target, &call).unwrap().pixels_written > 0);
+            let stored = |words: &[u128]| words.iter().filter(|word| **word != u128::MAX).count();
+            let rows =
+                [stored(depth.unwrap().cells_mut().pending_clear), stored(ids.cells_mut().pending_clear)];
+            assert!(rows.iter().all(|rows| *rows <= 40), "{rows:?} {shade:?} {depth_format:?}");
+        }
+    }
+}
+
+#[test]
 fn a_refused_draw_leaves_the_memories_untouched() {
     let geometry = Geometry { mesh: box_mesh(1.0), textures: Vec::new() };
     let material = Material::default();

@@ -20,13 +20,25 @@ const FILL: f64 = 0.9;
 /// Light from everywhere, beside that from the eye.
 const AMBIENT: DVec3 = DVec3::splat(0.2);
 
+/// Positions of a mesh from which a job finds its camera.
+const MANY_POSITIONS: usize = 1 << 16;
+
+/// Returns whether it takes long to find the camera for a mesh, which the connection needs.
+pub(super) fn takes_long(s: &Session, mesh: &Mesh) -> bool {
+    matches!(s.default_view, DefaultView::Unset) && mesh.positions.len() > MANY_POSITIONS
+}
+
 /// Returns the camera, the light and the ambient light for a mesh, if the connection has set none
-/// of them.
-pub(super) fn of(s: &mut Session, mesh: &Mesh) -> Option<(Camera, Light, DVec3)> {
+/// of them. `found` is what [`frame`] returns of it, if that was computed.
+pub(super) fn of(
+    s: &mut Session,
+    mesh: &Mesh,
+    found: Option<Option<Camera>>,
+) -> Option<(Camera, Light, DVec3)> {
     let camera = match &s.default_view {
         DefaultView::Framed(camera) => **camera,
         DefaultView::Unset => {
-            let camera = frame(mesh)?;
+            let camera = found.unwrap_or_else(|| frame(mesh))?;
             s.default_view = DefaultView::Framed(Box::new(camera));
             camera
         }
@@ -43,7 +55,7 @@ pub(super) fn of(s: &mut Session, mesh: &Mesh) -> Option<(Camera, Light, DVec3)>
 }
 
 /// Returns the camera that frames a mesh, or `None` if it has no size that is finite.
-fn frame(mesh: &Mesh) -> Option<Camera> {
+pub(super) fn frame(mesh: &Mesh) -> Option<Camera> {
     let (low, high) = mesh.bounds()?;
     let center = low / 2.0 + high / 2.0;
     let radius = mesh.positions.iter().map(|p| p.distance(center)).fold(0.0, f64::max);

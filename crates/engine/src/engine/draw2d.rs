@@ -2,7 +2,7 @@
 //!
 //! In: pixels and rectangles of one session. Out: changed video memory, replies, counters.
 
-use super::{Call, Engine, EngineFrame};
+use super::{Call, Decoded, Engine, EngineFrame};
 use crate::Session;
 use crate::session::DefaultView;
 use fbptr_command::{BINARY_PIXEL_BYTES, DrawFigure, Rect};
@@ -10,6 +10,7 @@ use fbptr_core::draw2d::{self, Blend, DrawError, FigureTarget, Line};
 use fbptr_core::error::{Code, Fault};
 use fbptr_core::executor::Executor;
 use fbptr_core::memory::{FbPtr, MemoryError, Rgba};
+use std::ops::Range;
 
 impl EngineFrame {
     /// Adds OFFSET to the position of a text PX. A sum beyond i32 saturates and stays off the
@@ -69,12 +70,9 @@ impl EngineFrame {
         Ok(())
     }
 
-    /// Draws the rows of a picture as `BLEND` says.
-    pub(super) fn image(&mut self, s: &mut Session, rect: Rect, rgba: &[u8]) -> Result<(), Fault> {
-        draw2d::blit(&mut self.memory, rect, rgba, s.blend)?;
-        let stored = self.visible(rect);
-        s.count_pixels(rgba.len() / 4, stored);
-        Ok(())
+    /// Counts the pixels of a picture.
+    pub(super) fn count_image(&self, s: &mut Session, rect: Rect) {
+        s.count_pixels(rect.w as usize * rect.h as usize, self.visible(rect));
     }
 
     /// Returns the number of a rectangle's pixels that are on the frame, and in the clip rectangle.
@@ -148,6 +146,11 @@ impl Engine {
         self.framebuffer.blit(s, rect, rgba.as_ref())
     }
 
+    /// Draws the rows of a picture as `BLEND` says.
+    pub(super) fn put_picture(&mut self, s: &Session, rect: Rect, picture: &Decoded) -> Result<(), Fault> {
+        Ok(draw2d::blit(&mut self.framebuffer.memory, rect, picture.rgba(), s.blend)?)
+    }
+
     pub(super) fn copy(&mut self, s: &mut Session, source: Rect, dx: i32, dy: i32) -> Result<(), Fault> {
         draw2d::copy(&mut self.framebuffer.memory, source, [dx, dy], Blend::Replace)?;
         s.stats.pixels += self.framebuffer.visible(Rect { x: dx, y: dy, ..source });
@@ -185,20 +188,37 @@ impl Engine {
     }
 
     pub(super) fn peek(&mut self, call: &mut Call<'_>, offset: i32, n: i32) -> Result<(), Fault> {
+        let len = self.peek_head(offset, n, call.replies)?;
+        self.peek_digits(offset, 0..len, call.replies)?;
+        call.replies.push(b'\n');
+        Ok(())
+    }
+
+    /// Appends what comes before the digits of a `PEEK`. Returns the number of bytes.
+    pub(super) fn peek_head(&mut self, offset: i32, n: i32, out: &mut Vec<u8>) -> Result<usize, Fault> {
         let len = usize::try_from(n)
             .map_err(|_| Fault::new(Code::Range, "the byte count must be 0 or more").got(n.to_string()))?;
         let at = pointer(offset, len)?;
         let _ = self.framebuffer.memory.peek(at, len)?;
         self.check_reply(len as u64 * 2)?;
-        let bytes = self.framebuffer.memory.peek(at, len)?;
-        let out = &mut *call.replies;
         out.extend_from_slice(format!("PEEK {offset}").as_bytes());
-        if !bytes.is_empty() {
+        if len > 0 {
             out.push(b' ');
         }
+        Ok(len)
+    }
+
+    /// Appends the digits of some bytes of a `PEEK` from `offset` on.
+    pub(super) fn peek_digits(
+        &self,
+        offset: i32,
+        bytes: Range<usize>,
+        out: &mut Vec<u8>,
+    ) -> Result<(), Fault> {
         const DIGITS: &[u8; 16] = b"0123456789abcdef";
+        let at = FbPtr::new(offset.unsigned_abs().into());
+        let bytes = &self.framebuffer.memory.peek(at, bytes.end)?[bytes.start..];
         out.extend(bytes.iter().flat_map(|b| [DIGITS[usize::from(b >> 4)], DIGITS[usize::from(b & 15)]]));
-        out.push(b'\n');
         Ok(())
     }
 

@@ -17,8 +17,8 @@ use fbptr_core::math::matrix;
 use fbptr_core::memory::{MemoryUse, Reservation};
 use fbptr_core::pipeline::{DrawStats, EmptyDraw, PipelineError, SceneOptions, is_dark};
 use fbptr_core::scene::{
-    Camera, Light, LightKind, LookAt, Projection, Sampling, Scene, TextureUse, TransparencyOrder, Viewport,
-    ViewportRule,
+    Camera, Geometry, Light, LightKind, LookAt, Projection, Sampling, Scene, TextureUse, TransparencyOrder,
+    Viewport, ViewportRule,
 };
 use glam::{DMat4, DVec3};
 use std::sync::Arc;
@@ -131,7 +131,24 @@ impl Engine {
 
     /// Runs `DRAW`, under `QUALITY max-error` with the settings chosen for it.
     pub(super) fn draw(&mut self, s: &mut Session, name: String) -> Result<Progress, Fault> {
+        self.draw_framed(s, name, None)
+    }
+
+    /// Draws a mesh, with the camera of the default view that a job has found for it if that takes
+    /// long.
+    fn draw_framed(
+        &mut self,
+        s: &mut Session,
+        name: String,
+        found: Option<(Arc<Geometry>, Option<Camera>)>,
+    ) -> Result<Progress, Fault> {
         let mut geometry = self.mesh(s, &name)?;
+        // Under a shared name there may be another mesh by now.
+        let found = found.filter(|(of, _)| Arc::ptr_eq(of, &geometry)).map(|(_, camera)| camera);
+        if self.may_suspend && found.is_none() && default_view::takes_long(s, &geometry.mesh) {
+            self.queues_draw = false;
+            return Ok(Progress::Job(frame_job(name, geometry)));
+        }
         let has_textures = self.rendering.view_overrides.textures == TextureUse::AsGiven;
         if !has_textures && geometry.textures.iter().any(Option::is_some) {
             geometry = Arc::new(geometry.without_textures());
@@ -146,7 +163,7 @@ impl Engine {
             return Ok(Progress::Done(Effect::Done));
         }
         let aspect = f64::from(viewport.width) / f64::from(viewport.height);
-        let (camera, lights, ambient) = match default_view::of(s, &geometry.mesh) {
+        let (camera, lights, ambient) = match default_view::of(s, &geometry.mesh, found) {
             Some((camera, light, ambient)) => (camera, vec![light], ambient),
             None => (s.camera, s.lights.iter().flatten().copied().collect(), s.ambient),
         };
@@ -300,6 +317,18 @@ impl Engine {
             stats.pixels_lit + stats.vertices_lit,
         );
     }
+}
+
+/// Creates the job that finds the camera of the default view for a `DRAW`.
+fn frame_job(name: String, geometry: Arc<Geometry>) -> Job {
+    Job::new(false, move |_| {
+        let camera = default_view::frame(&geometry.mesh);
+        let command = Command::Draw { name: name.clone() };
+        let draw = move |engine: &mut Engine, s: &mut Session, _: &mut Vec<u8>| {
+            engine.draw_framed(s, name, Some((geometry, camera)))
+        };
+        JobResult::new(command, Ok(draw))
+    })
 }
 
 /// Creates the job that builds the scene of a `DRAWSCENE`. `held` is the reservation for its

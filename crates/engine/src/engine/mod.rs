@@ -35,6 +35,7 @@ mod example;
 mod explain;
 mod files;
 mod frame_source;
+mod image;
 mod job;
 #[cfg_attr(not(feature = "threads"), path = "no_long_draw.rs")]
 mod long_draw;
@@ -74,6 +75,7 @@ pub(crate) use draw_queue::{MOST_DRAWS, MOST_NS};
 use draw_times::DrawTimes;
 pub(crate) use drawing::Drawing;
 pub(crate) use files::FileReader;
+use image::Decoded;
 pub use job::{Job, JobResult};
 use long_draw::DrawThread;
 pub use observer::{Event, FrameView, Observer, Occasion, PendingRows, PixelRuns};

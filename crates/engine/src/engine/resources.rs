@@ -76,7 +76,7 @@ impl Engine {
     /// Reserves the memory of a job that makes a resource called `name` from `input` bytes: these
     /// bytes, within the budget, and a result within the quota. A payload that came in pieces is
     /// already reserved.
-    fn job_memory(
+    pub(super) fn job_memory(
         &mut self,
         s: &mut Session,
         kind: ResourceKind,
@@ -138,31 +138,6 @@ impl Engine {
             let memory = memory.until(cancel);
             let made = Made::texture(&file, &name, memory);
             JobResult::new(Command::Texture { name: name.clone(), file }, made.map(|m| m.named(name)))
-        })))
-    }
-
-    /// Runs `IMAGE`: a job decodes the picture, which is then drawn as the session's `BLEND` says.
-    pub(super) fn image_job(
-        &mut self,
-        s: &mut Session,
-        x: i32,
-        y: i32,
-        file: Vec<u8>,
-    ) -> Result<Progress, Fault> {
-        let memory = self.job_memory(s, ResourceKind::Texture, "", file.len())?;
-        Ok(Progress::Job(Job::new(file.len() <= SMALL_PICTURE_BYTES, move |cancel| {
-            let mut memory = memory.until(cancel);
-            let decoded = load::texture::decode_within(&file, "picture", &mut memory.result);
-            let apply = decoded.map_err(Fault::from).map(|picture| {
-                move |engine: &mut Engine, s: &mut Session, _: &mut Vec<u8>| {
-                    // The picture's memory stays reserved until it is drawn.
-                    let _memory = memory;
-                    let [w, h] = [picture.width(), picture.height()].map(|side| side as i32);
-                    engine.framebuffer.image(s, Rect { x, y, w, h }, picture.bytes())?;
-                    Ok(Progress::Done(Effect::Done))
-                }
-            });
-            JobResult::new(Command::Image { x, y, file }, apply)
         })))
     }
 
@@ -377,7 +352,7 @@ const SMALL_TEXT_BYTES: usize = 8 << 10;
 /// [`SMALL_TEXT_BYTES`] for scenes, in which a few words can create large shapes.
 const SMALL_SCENE_BYTES: usize = 1 << 10;
 /// [`SMALL_TEXT_BYTES`] for pictures, which decode to at most about a thousand times their size.
-const SMALL_PICTURE_BYTES: usize = 1 << 10;
+pub(super) const SMALL_PICTURE_BYTES: usize = 1 << 10;
 /// Largest shapes, in steps and faces, that are created at once, without a worker thread.
 const SMALL_TEAPOT: u32 = 10;
 const SMALL_KNOT_FACES: u64 = 1 << 11;
@@ -387,16 +362,17 @@ const SMALL_EYE_BYTES: u64 = 8 << 10;
 const LARGE_EYE_PIXELS: u64 = 1 << 18;
 
 /// Memory that a job has reserved.
-struct JobMemory {
+#[derive(Debug)]
+pub(super) struct JobMemory {
     /// For its working memory and its result.
-    result: LoadMemory,
+    pub result: LoadMemory,
     /// For its input.
     _input: Reservation,
 }
 
 impl JobMemory {
     /// Returns this memory with `cancel` as the token that ends the job.
-    fn until(self, cancel: &CancelToken) -> Self {
+    pub fn until(self, cancel: &CancelToken) -> Self {
         JobMemory { result: self.result.until(cancel.clone()), ..self }
     }
 }

@@ -152,16 +152,10 @@ impl Engine {
         rows: Range<u32>,
     ) -> Result<(), Fault> {
         let missing = || Fault::new(Code::NoEnt, "no canvas has this name").got(name);
-        let Rect { x, y, w, h } = self.stamped_rect(s, name, at).ok_or_else(missing)?;
+        let rect = self.stamped_rect(s, name, at).ok_or_else(missing)?;
         let (is_own, height) = (s.surfaces.is_target(name), self.framebuffer.height());
-        let rows = if is_own && y > 0 { height - rows.end..height - rows.start } else { rows };
-        // Rows of the canvas.
-        let [start, end] =
-            [rows.start, rows.end].map(|row| (i64::from(row) - i64::from(y)).clamp(0, i64::from(h)));
-        // Within the rows of the target, so it is one of them.
-        let top = (i64::from(y) + start) as i32;
-        let bytes = start as usize * w as usize * 4..end as usize * w as usize * 4;
-        let band = Rect { x, y: top, w, h: (end - start) as i32 };
+        let rows = if is_own && rect.y > 0 { height - rows.end..height - rows.start } else { rows };
+        let (band, bytes) = pieces::part_in(rect, &rows);
         if band.h == 0 {
             return Ok(());
         }

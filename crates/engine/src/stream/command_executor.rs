@@ -13,7 +13,7 @@ use fbptr_command::{Command, Figure, Flow, Rect, Sink, StreamError, StreamPositi
 use fbptr_core::cancel::CancelToken;
 use fbptr_core::draw2d::Line;
 use fbptr_core::error::Fault;
-use fbptr_core::memory::{Reservation, Rgba};
+use fbptr_core::memory::{MAX_SIDE, Reservation, Rgba};
 
 /// Runs the commands of one stream for one call of the decoder.
 pub(super) struct CommandExecutor<'a> {
@@ -26,6 +26,8 @@ pub(super) struct CommandExecutor<'a> {
     pub(super) suspended: Option<Suspended>,
     /// Consecutive lines that are drawn in one batch, shared among all threads.
     lines: Vec<Line>,
+    /// Pixels of these lines, at most.
+    line_pixels: usize,
     /// Draws of small meshes that wait for others, with the places of their commands, and their
     /// estimated nanoseconds.
     draws: Vec<(Drawing, StreamPosition)>,
@@ -38,8 +40,10 @@ pub(super) struct CommandExecutor<'a> {
 /// memory for the copy.
 const LONG_LIST_BYTES: usize = 1 << 21;
 
-/// Most lines of one batch: some hundred microseconds of work.
+/// Most lines of one batch, and most pixels but for the last line: some hundred microseconds of work,
+/// on a large canvas, where each pixel of a steep line is in a page of its own, some milliseconds.
 const MAX_BATCHED_LINES: usize = 1024;
+const MAX_BATCHED_PIXELS: usize = 1 << 17;
 
 impl<'a> CommandExecutor<'a> {
     pub(super) fn new(
@@ -57,6 +61,7 @@ impl<'a> CommandExecutor<'a> {
             state: StreamState::Ready,
             suspended: None,
             lines: Vec::new(),
+            line_pixels: 0,
             draws: Vec::new(),
             draws_ns: 0,
             batches: false,
@@ -66,8 +71,10 @@ impl<'a> CommandExecutor<'a> {
     /// Queues a line, which has no reply, so that it is drawn in one batch with its neighbours.
     fn enqueue(&mut self, line: Line) -> Flow {
         self.draw_queued();
+        let axis = |i: usize| line.p0[i].abs_diff(line.p1[i]).min(MAX_SIDE) as usize;
+        self.line_pixels += axis(0).max(axis(1));
         self.lines.push(line);
-        if self.lines.len() >= MAX_BATCHED_LINES {
+        if self.lines.len() >= MAX_BATCHED_LINES || self.line_pixels >= MAX_BATCHED_PIXELS {
             self.draw_lines();
         }
         self.yield_if_due(false)
@@ -134,6 +141,7 @@ impl<'a> CommandExecutor<'a> {
         let _ = self.engine.begin(self.session, Request::Lines(&lines), &mut self.out.replies);
         self.lines = lines;
         self.lines.clear();
+        self.line_pixels = 0;
     }
 
     /// Runs a batch whose bytes are the decoder's.

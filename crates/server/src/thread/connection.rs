@@ -30,6 +30,10 @@ const INTERACTIVE_TIME: Duration = Duration::from_micros(200);
 /// Longest reply that the render thread sends itself, if the client has read all earlier ones.
 const SHORT_REPLY_BYTES: usize = 16 << 10;
 
+/// Reply bytes at which a client that does not read is served nothing more, if no reply is longer: its
+/// queries do not run ahead of its reading.
+pub(super) const UNREAD_BYTES: usize = 256 << 10;
+
 /// Time between checks of a job that waits for a worker.
 const CHECK_JOBS: Duration = Duration::from_millis(100);
 
@@ -524,6 +528,7 @@ impl Connection {
                     let (id, messages) = (self.id, messages.clone());
                     // If the render thread has ended, nobody needs the message.
                     let on_room = move || drop(messages.send(Message::Room(id)));
+                    let limit = limit.min(UNREAD_BYTES);
                     port.start_writer(reply_queue.clone(), limit, Box::new(on_room));
                 }
             }

@@ -10,7 +10,7 @@ mod input;
 mod periodic;
 mod run_queue;
 
-use super::connection::{ClosingConnection, Connection};
+use super::connection::{ClosingConnection, Connection, UNREAD_BYTES};
 use super::{ROUND_TIME, SLICE_BYTES, SLICE_TIME};
 use crate::buffer_pool::BufferPool;
 use crate::jobs::JobPool;
@@ -271,7 +271,8 @@ impl Scheduler {
         let queued_before = connection.queued_bytes;
         let limit = self.engine.limits().reply_bytes;
         let unread = connection.unread();
-        let reply_bytes = limit.saturating_sub(unread).min(self.engine.quotas.reply_room(unread)).max(1);
+        let most = limit.min(UNREAD_BYTES).saturating_sub(unread);
+        let reply_bytes = most.min(self.engine.quotas.reply_room(unread)).max(1);
         let now = Instant::now();
         let others =
             u32::try_from(self.run_queue.len() + self.interactive_queue.len() + self.buffers.ready())

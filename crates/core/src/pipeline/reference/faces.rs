@@ -1,6 +1,7 @@
 //! Stages 4 to 10 for one triangle of a prepared draw.
 
 use super::rasterize::{Raster, WriteMask};
+use crate::math::coverage::PixelRect;
 use crate::pipeline::assemble::Face;
 use crate::pipeline::draw_call::{DrawStats, Target};
 use crate::pipeline::light::LitColor;
@@ -38,7 +39,8 @@ impl PreparedDraw<'_> {
         self.cover(&face, &shade, triangle, WriteMask::DepthOnly, target, stats);
     }
 
-    /// Rasterizes an assembled face and marks the rows written.
+    /// Rasterizes an assembled face and marks the rows written. A draw that is preempted stops between
+    /// bands of rows of a large face.
     fn cover(
         &self,
         face: &Face,
@@ -48,10 +50,19 @@ impl PreparedDraw<'_> {
         target: &mut Target,
         stats: &mut DrawStats,
     ) {
-        let mut target_rows = self.target_rows(target);
-        self.raster(&mut target_rows).face(face, shade, triangle, writes, stats);
-        let written = target_rows.written;
-        target.memory.mark_rows(written);
+        let PixelRect { x0, y0, x1, y1 } = self.bounds_of(triangle);
+        let rows = self.preemption.rows_at_once(x1 - x0, y1 - y0);
+        for top in (y0..y1).step_by(rows as usize) {
+            if self.cancel.is_cancelled() {
+                return;
+            }
+            let mut target_rows = self.target_rows(target);
+            (target_rows.clip.y0, target_rows.clip.y1) = (top, y1.min(top + rows));
+            self.raster(&mut target_rows).face(face, shade, triangle, writes, stats);
+            let written = target_rows.written;
+            target.memory.mark_rows(written);
+            self.preemption.point(target);
+        }
     }
 
     /// Returns the rasterizer of this draw's faces.

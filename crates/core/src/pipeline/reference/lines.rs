@@ -48,6 +48,9 @@ struct Edge {
     planes: [Option<u32>; 2],
 }
 
+/// Steps of a line between two preemption points.
+const FEW_STEPS: u64 = 8;
+
 /// Returns the maximum bytes of a wireframe's edges: a list and a hash table by their ends, with
 /// doubled capacity and reallocation, and flags of visible faces and polygons.
 pub(crate) fn wire_bytes(mesh: &Mesh) -> u64 {
@@ -237,6 +240,10 @@ impl PreparedDraw<'_> {
         let first = pen.step;
         pen.step += length;
         for k in line.steps_along(self.assembler.transform.screen.clip) {
+            // On a large target each pixel may be in memory that was never used.
+            if k % FEW_STEPS == 0 {
+                self.preemption.point(target);
+            }
             if !kind.is_on(first + k, width) {
                 continue;
             }

@@ -47,6 +47,7 @@ impl Raster<'_, '_> {
         for outline in face.outlines.iter().flatten() {
             outline.for_each_span(target_rows.clip, |y, xs| {
                 let mut row_is_written = false;
+                target_rows.open(y, xs.clone());
                 for x in xs {
                     // Stage 7: depth
                     stats.pixels_tested += 1;

@@ -20,7 +20,7 @@ use super::setup::SetupKernel;
 use super::vertex::{Projector, VertexKernel, WIDTH};
 use crate::executor::Executor;
 use crate::pipeline::draw_call::DrawStats;
-use crate::pipeline::indexed_mesh::{CLUSTER_FACES, chunk_faces};
+use crate::pipeline::indexed_mesh::{CHUNK_FACES, CLUSTER_FACES, MOST_CHUNKS, chunk_faces};
 use crate::simd::Level;
 use crate::simd::allocator::resize_in_huge_pages;
 use std::ops::Range;
@@ -119,8 +119,9 @@ pub(crate) struct Binning {
     grid: Grid,
     /// First face that is not drawn yet.
     next: usize,
-    /// Upper bound on the faces of the next piece.
+    /// Upper bound on the faces of the next piece, and of any.
     piece: usize,
+    most: usize,
     /// Number of vertices that are transformed.
     placed: usize,
     /// Set if the last piece ended because its lists reached the limit.
@@ -166,9 +167,16 @@ impl Binning {
             grid: Grid::new(&view, width),
             next: 0,
             piece: mesh.triangle_count,
+            most: usize::MAX,
             placed: 0,
             is_stopped: scratch.bytes.get() > scratch.list_bytes && !scratch.is_shared,
         }
+    }
+
+    /// Bounds the pieces of a draw that can be preempted: a chunk of faces in a tile is drawn without
+    /// a pause.
+    pub fn bound_chunks(&mut self) {
+        self.most = MOST_CHUNKS * CHUNK_FACES;
     }
 
     /// Bins the faces of the next piece into `scratch`, and adds the counts of culled faces to
@@ -189,7 +197,7 @@ impl Binning {
             // Capacity of other tiles' lists is of no use to this piece, but it counts.
             scratch.give_lists_back();
         }
-        let (first_face, end) = (self.next, (self.next + self.piece).min(faces));
+        let (first_face, end) = (self.next, (self.next + self.piece.min(self.most)).min(faces));
         let grid = self.grid;
         // Empty lists take memory, too: a chunk has one for each tile.
         let most_chunks = (scratch.list_bytes / 4 / Bin::grid_bytes(&grid).max(1)).max(1);

@@ -262,7 +262,13 @@ impl TileRow<'_> {
         let columns = grid.pixels_of(column);
         let (x0, x1) = (columns.start, columns.end);
         let (y0, y1) = (self.y0, self.y0 + (buffers.bytes.len() / 4 / width) as i32);
-        clear_pending(buffers.pending_clear, column, &columns, (buffers.depth, width), buffers.far);
+        let far = buffers.far;
+        match buffers.narrow.is_empty() {
+            true => clear_pending(buffers.pending_clear, column, &columns, (buffers.depth, width), far),
+            false => {
+                clear_pending(buffers.pending_clear, column, &columns, (buffers.narrow, width), far as u16)
+            }
+        }
         let is_widened = widened.is_some();
         let (depth, depth_stride) = match widened {
             Some(words) => {

@@ -265,8 +265,11 @@ impl<'p> Drawn<'p> {
         let TileWorkspace { scratch, tables, recycled } = slot;
         let mut inputs = prepared.inputs(recycled);
         prepared.make_tables(&mut inputs, context, tables);
-        let binning = prepared
+        let mut binning = prepared
             .with_job(&inputs, tables, format, |job| Binning::new(level, executor, scratch, job, width));
+        if prepared.preemption.is_possible() {
+            binning.bound_chunks();
+        }
         let (counts, stats) = (Counts::default(), DrawStats::default());
         let mut drawn = Drawn { inputs, binning, binned: None, counts, stats };
         drawn.bin(prepared, slot, context, format);

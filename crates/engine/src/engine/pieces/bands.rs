@@ -6,20 +6,51 @@
 use super::Piecewise;
 use crate::Session;
 use crate::clock::Instant;
-use crate::engine::Engine;
+use crate::engine::{Decoded, Engine};
 use fbptr_command::{Command, Figure, Rect};
 use fbptr_core::draw2d::{self, Blend};
 use fbptr_core::error::Fault;
-use fbptr_core::memory::Rgba;
+use fbptr_core::memory::{Rgba, VideoMemory};
 use std::fmt;
 use std::ops::Range;
+use std::time::Duration;
 
 /// Pixels of a band of rows, about.
 const BAND_PIXELS: u32 = 1 << 15;
+/// Rows of the first band, whose time is not known.
+const FIRST_ROWS: u32 = 4;
 
 /// Returns the number of rows of a band.
 pub(in crate::engine) fn band_rows(engine: &Engine) -> u32 {
     (BAND_PIXELS / engine.framebuffer.width()).max(1)
+}
+
+/// Returns the part of a rectangle of pixels that lies in a band of rows of the target, and where its
+/// RGBA bytes are among those of the rectangle. The sides are not negative.
+pub(in crate::engine) fn part_in(Rect { x, y, w, h }: Rect, rows: &Range<u32>) -> (Rect, Range<usize>) {
+    let row = |row: u32| (i64::from(row) - i64::from(y)).clamp(0, i64::from(h));
+    let (start, end) = (row(rows.start), row(rows.end));
+    // Within the band, so it is a row of the target.
+    let top = (i64::from(y) + start) as i32;
+    let stride = w as usize * 4;
+    (Rect { x, y: top, w, h: (end - start) as i32 }, start as usize * stride..end as usize * stride)
+}
+
+/// Draws the part of a picture that lies in a band of rows.
+fn blit_band(
+    memory: &mut VideoMemory,
+    rect: Rect,
+    rgba: &[u8],
+    blend: Blend,
+    rows: &Range<u32>,
+) -> Result<(), Fault> {
+    let is_whole = rect.w >= 0 && rect.h >= 0 && rgba.len() as u64 == rect.w as u64 * rect.h as u64 * 4;
+    let (part, bytes) = match is_whole {
+        true => part_in(rect, rows),
+        // Refused before anything is drawn.
+        false => (rect, 0..rgba.len()),
+    };
+    Ok(draw2d::blit(memory, part, &rgba[bytes], blend)?)
 }
 
 /// A command that can be restricted to a band of rows.
@@ -39,30 +70,49 @@ pub(super) trait Band: fmt::Debug + Send {
         0..next
     }
 
+    /// Returns the bytes of its payload.
+    fn payload_bytes(&self) -> usize {
+        0
+    }
+
     /// Returns the command.
     fn into_command(self) -> Command;
 }
 
-/// A command in bands, and the first row of the next one.
+/// Time of a band from which the next one has fewer rows, and up to which it has more.
+const LONG_BAND: Duration = Duration::from_millis(1);
+const SHORT_BAND: Duration = Duration::from_micros(300);
+
+/// A command in bands, and the first row of the next one. A band has at most [`band_rows`] rows, and
+/// as many fewer as it takes to keep its time: what a row costs beside its pixels need not be known.
 #[derive(Debug)]
 pub(super) struct Bands<B> {
     band: B,
     next_row: u32,
+    /// Rows of the next band.
+    rows: u32,
 }
 
 impl<B: Band + 'static> Bands<B> {
     /// Begins a command at the top.
     pub fn boxed(band: B) -> Box<dyn Piecewise> {
-        Box::new(Bands { band, next_row: 0 })
+        Box::new(Bands { band, next_row: 0, rows: FIRST_ROWS })
     }
 }
 
 impl<B: Band> Piecewise for Bands<B> {
     fn run(&mut self, engine: &mut Engine, s: &mut Session, _: Option<Instant>) -> Result<bool, Fault> {
         let height = engine.framebuffer.height();
-        let rows = self.next_row..(self.next_row + band_rows(engine)).min(height);
+        let count = self.rows.min(band_rows(engine));
+        let rows = self.next_row..(self.next_row + count).min(height);
         self.next_row = rows.end;
+        let begun = Instant::now();
         self.band.run(engine, s, rows)?;
+        match Instant::now().duration_since(begun) {
+            long if long > LONG_BAND => self.rows = (count / 2).max(1),
+            short if short < SHORT_BAND => self.rows = count * 2,
+            _ => {}
+        }
         Ok(self.next_row >= height)
     }
 
@@ -78,6 +128,10 @@ impl<B: Band> Piecewise for Bands<B> {
             false => format!("after {} of {height} rows", self.next_row),
         };
         (rows, how_far)
+    }
+
+    fn payload_bytes(&self) -> usize {
+        self.band.payload_bytes()
     }
 
     fn into_command(self: Box<Self>) -> Command {
@@ -225,6 +279,53 @@ impl Band for StampBands {
     fn into_command(self) -> Command {
         let [x, y] = self.at;
         Command::Stamp { name: self.name, x, y, key: self.key }
+    }
+}
+
+/// `BLIT`.
+#[derive(Debug)]
+pub(super) struct BlitBands {
+    pub rect: Rect,
+    pub rgba: Vec<u8>,
+}
+
+impl Band for BlitBands {
+    fn run(&mut self, engine: &mut Engine, _: &mut Session, rows: Range<u32>) -> Result<(), Fault> {
+        blit_band(&mut engine.framebuffer.memory, self.rect, &self.rgba, Blend::Replace, &rows)
+    }
+
+    fn end(&mut self, engine: &mut Engine, s: &mut Session, _: &mut Vec<u8>) {
+        s.count_pixels(self.rgba.len() / 4, engine.framebuffer.visible(self.rect));
+    }
+
+    fn payload_bytes(&self) -> usize {
+        self.rgba.capacity()
+    }
+
+    fn into_command(self) -> Command {
+        Command::Blit { rect: self.rect, rgba: self.rgba }
+    }
+}
+
+/// `IMAGE` with its picture decoded.
+#[derive(Debug)]
+pub(super) struct ImageBands {
+    pub rect: Rect,
+    pub picture: Decoded,
+    pub file: Vec<u8>,
+}
+
+impl Band for ImageBands {
+    fn run(&mut self, engine: &mut Engine, s: &mut Session, rows: Range<u32>) -> Result<(), Fault> {
+        blit_band(&mut engine.framebuffer.memory, self.rect, self.picture.rgba(), s.blend, &rows)
+    }
+
+    fn end(&mut self, engine: &mut Engine, s: &mut Session, _: &mut Vec<u8>) {
+        engine.framebuffer.count_image(s, self.rect);
+    }
+
+    fn into_command(self) -> Command {
+        Command::Image { x: self.rect.x, y: self.rect.y, file: self.file }
     }
 }
 

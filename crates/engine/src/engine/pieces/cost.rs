@@ -11,15 +11,21 @@ use fbptr_core::draw2d::{self, Blend};
 
 /// Estimated nanoseconds from which a command runs in pieces.
 const LONG_NS: u64 = 2_000_000;
+/// Estimated nanoseconds of a pixel of a line, each in a memory page of its own at worst; and of a row
+/// of a curve beside its pixels.
+const LINE_PIXEL_NS: u64 = 40;
+const ROW_NS: u64 = 1000;
 
 impl Engine {
     /// Returns whether a command may take so long that others should not wait for all of it. To be
     /// asked on the surface of its verb.
+    #[allow(unreachable_patterns, reason = "a new figure has no estimate of its own at first")]
     pub(in crate::engine) fn is_long(&self, s: &Session, command: &Command) -> bool {
         use Command as C;
         let frame = self.framebuffer.area();
         // Estimated nanoseconds per pixel.
         let composed = if s.blend == Blend::Over { 2 } else { 1 };
+        let [width, height] = [self.framebuffer.width(), self.framebuffer.height()].map(u64::from);
         let cost = match command {
             C::Clear { .. } | C::Crc { rect: None } => frame / 4,
             C::Crc { rect: Some(rect) } => self.framebuffer.visible(*rect) / 4,
@@ -48,6 +54,8 @@ impl Engine {
                 let rect = self.stamped_rect(s, name, [*x, *y]);
                 rect.map_or(0, |rect| self.framebuffer.visible(rect)) * composed
             }
+            C::Blit { rect, .. } => self.framebuffer.visible(*rect),
+            C::PixelRun { rgba, .. } => rgba.len() as u64 / 4,
             C::Points { packed } => packed.len() as u64,
             C::Figure(Figure::Text { utf8, .. }) => utf8.len() as u64 * 8 * u64::from(s.text_size).pow(2),
             C::Figure(Figure::FillEllipse { center: [cx, cy], radii: [rx, ry], .. }) => {
@@ -66,9 +74,35 @@ impl Engine {
                 let (pixels, _) = self.visible_stroke(points, *width);
                 pixels * composed + if pixels > 0 { draw2d::bezier_steps(points) * 4000 } else { 0 }
             }
+            C::Figure(Figure::Ellipse { center: [cx, cy], radii: [rx, ry], .. }) => {
+                let (pixels, is_near) = self.visible_box([cx - rx, cy - ry], [cx + rx, cy + ry]);
+                if is_near { pixels.min(height * ROW_NS) } else { pixels * 64 }
+            }
+            C::Figure(
+                Figure::Line { .. }
+                | Figure::LineAa { .. }
+                | Figure::Triangle { .. }
+                | Figure::Rect { .. }
+                | Figure::Circle { .. },
+            ) => (width + height) * LINE_PIXEL_NS,
+            C::Figure(Figure::Poly { points, .. }) => self.outline_pixels(points) * LINE_PIXEL_NS / 2,
+            C::Figure(Figure::Print { text, .. }) => {
+                text.len() as u64 * 64 * u64::from(s.text_size).pow(2) * composed
+            }
+            // A figure that is not named here may be as large as the target.
+            C::Figure(_) => frame * composed,
+            C::Peek { n, .. } => u64::try_from(*n).unwrap_or(0) * 2,
             _ => return false,
         };
         cost > LONG_NS
+    }
+
+    /// Returns an upper bound of the pixels of a closed outline.
+    fn outline_pixels(&self, points: &[[i32; 2]]) -> u64 {
+        let most = u64::from(self.framebuffer.width().max(self.framebuffer.height()));
+        let side = |a: i32, b: i32| u64::from(a.abs_diff(b)).min(most);
+        let pairs = points.iter().zip(points.iter().cycle().skip(1));
+        pairs.map(|(p, q)| side(p[0], q[0]).max(side(p[1], q[1]))).sum()
     }
 
     /// Returns the number of visible pixels in the bounding box of points, and whether all of them

@@ -32,15 +32,17 @@ mod tests;
 
 use super::drawing::Drawing;
 use super::long_draw::LongDraw;
-use super::{Engine, Request};
+use super::{Decoded, Engine, Request};
 use crate::clock::Instant;
 use crate::{Budget, Session};
-pub(super) use bands::band_rows;
-use bands::{Bands, ClearBands, CopyBands, EyeBands, FigureBands, ReadBands, StampBands};
+use bands::{
+    Bands, BlitBands, ClearBands, CopyBands, EyeBands, FigureBands, ImageBands, ReadBands, StampBands,
+};
+pub(super) use bands::{band_rows, part_in};
 use fbptr_command::{Command, Figure, Rect};
 use fbptr_core::error::{Code, Fault};
 use fbptr_core::memory::{DepthFormat, MemoryUse, Reservation};
-use lists::{Checksum, Letters, Records};
+use lists::{Checksum, Digits, Letters, Records, Run};
 use std::fmt;
 use std::ops::Range;
 use std::time::Duration;
@@ -115,6 +117,9 @@ fn pieces_of(s: &Session, command: Command) -> Result<Box<dyn Piecewise>, Comman
         Command::Copy { source, dx, dy } => Bands::boxed(CopyBands { source, dest: [dx, dy] }),
         Command::Stamp { name, x, y, key } => Bands::boxed(StampBands { name, at: [x, y], key }),
         Command::Crc { rect } => Box::new(Checksum::new(rect)),
+        Command::Peek { offset, n } => Box::new(Digits::new(offset, n)),
+        Command::Blit { rect, rgba } => Bands::boxed(BlitBands { rect, rgba }),
+        Command::PixelRun { x, y, rgba } => Box::new(Run::new(x, y, rgba)),
         Command::Points { packed } => Box::new(Records::new(packed)),
         Command::Figure(Figure::Text { x, y, color, utf8 }) => {
             Box::new(Letters::new([x, y], color, utf8, s.text_size))
@@ -152,6 +157,12 @@ impl Engine {
     pub(super) fn begin_eye_in_pieces(&mut self, name: String, rect: Rect) -> Pieces {
         let verb = Command::DrawEye { name: String::new(), rect }.verb();
         self.without_payload(verb, Bands::boxed(EyeBands { name, rect }))
+    }
+
+    /// Prepares the pieces of `IMAGE`, which has been counted and has its picture.
+    pub(super) fn begin_image_in_pieces(&mut self, rect: Rect, picture: Decoded, file: Vec<u8>) -> Pieces {
+        let verb = Command::Image { x: 0, y: 0, file: Vec::new() }.verb();
+        self.without_payload(verb, Bands::boxed(ImageBands { rect, picture, file }))
     }
 
     fn without_payload(&self, verb: &'static str, work: Box<dyn Piecewise>) -> Pieces {
