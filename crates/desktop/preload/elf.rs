@@ -25,11 +25,14 @@ pub enum Unserved {
     Musl = 3,
     /// Runs with the rights of another user.
     Rights = 4,
+    /// Not a program but a call of one: it draws with OpenGL itself.
+    Geometry = 5,
 }
 
 impl Unserved {
     /// All reasons.
-    pub const ALL: [Unserved; 4] = [Unserved::Machine, Unserved::Static, Unserved::Musl, Unserved::Rights];
+    pub const ALL: [Unserved; 5] =
+        [Unserved::Machine, Unserved::Static, Unserved::Musl, Unserved::Rights, Unserved::Geometry];
 
     /// Returns the reason in words.
     pub fn reason(self) -> &'static str {
@@ -44,6 +47,10 @@ impl Unserved {
             Unserved::Rights => {
                 "runs with the rights of another user (set-user-ID or capabilities), so the system lets no library \
                  be preloaded: it cannot be served"
+            }
+            Unserved::Geometry => {
+                "draws with OpenGL itself, which is not served: one picture is, by glDrawPixels or on a textured \
+                 rectangle"
             }
         }
     }
