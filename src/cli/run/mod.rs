@@ -1,4 +1,5 @@
-//! `fbptr run`: runs a program that draws on the Linux framebuffer device, with an emulated one.
+//! `fbptr run`: runs a program that draws on the Linux framebuffer device, with an emulated one; or
+//! one that shows a picture by GLUT, on the same device.
 //!
 //! Exit status: the program's own, 128 + n if signal n ended it; with `--expect` 0 for an equal and
 //! 1 for a different picture, and 1 if a file could not be written; 0 if `--after` ended the
@@ -9,6 +10,8 @@
 mod after;
 #[cfg(fbptr_preload)]
 mod family;
+#[cfg(fbptr_preload)]
+mod glut;
 #[cfg(fbptr_preload)]
 mod input;
 #[cfg(fbptr_preload)]
@@ -88,6 +91,10 @@ pub struct Run {
     /// Let --serve and --web take addresses that other machines reach
     #[arg(long)]
     allow_remote: bool,
+    /// Keep the fourth byte of 32-bit pixels as the picture's alpha; without it, pictures of formats
+    /// that do not say otherwise, and of programs of GLUT, are opaque
+    #[arg(long)]
+    alpha: bool,
     /// Leave what the program started in a session of its own (daemons) alive at the end; by
     /// default nothing of a run outlives it
     #[arg(long)]

@@ -9,6 +9,7 @@ use super::super::movie::{Clock, MovieWriter, Sampler};
 use super::super::{FrameSize, Status, say_as_program, signals};
 use super::after::{After, Countdown};
 use super::family::{self, Members, PATIENCE};
+use super::glut::{self, Libraries};
 use super::input::Input;
 use super::picture::Pictures;
 use super::spawn::{self, Leash, Started, Terminals};
@@ -23,6 +24,11 @@ use std::process::{Child, ExitStatus};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
+
+/// Largest window that a program of GLUT may make, in pixels.
+const LARGEST_WINDOW: (u32, u32) = (4096, 4096);
+/// Time between two looks whether a program has made its window.
+const WINDOW_LOOK: Duration = Duration::from_millis(2);
 
 /// Reason for the end of a run.
 enum Ending {
@@ -71,29 +77,31 @@ pub fn run(args: &Run) -> Result<Status, Refusal> {
     }
     let after = args.after.as_deref().map(str::parse::<After>).transpose().map_err(refuse)?;
     let program = spawn::find(&args.program)?;
-    let FrameSize { width, height } = args.size.unwrap_or(FrameSize::DEFAULT);
-    let format = Format::index(&args.format).ok_or_else(|| {
-        let names: Vec<&str> = crate::fbdev::FORMATS.iter().map(|f| f.name).collect();
-        refuse(format!("--format: {} is expected, not {:?}", names.join(", "), args.format))
-    })?;
+    let names = glut::names(&program);
+    let device = device(args, !names.is_empty())?;
+    let terminals = Terminals::open(args.size.unwrap_or(FrameSize::DEFAULT).into())
+        .map_err(|e| refuse(format!("no terminal: {e}")))?;
+    device.set_terminals(terminals.numbers());
+    let console = terminals.path().to_owned();
+    let spawn = |device: &Device, libraries: Option<&Libraries>| {
+        spawn::spawn(&program, &args.program, device, &console, libraries, args.leave_daemons)
+            .map_err(|e| Refusal { status: 126, message: format!("{}: {e}", program.display()) })
+    };
+    let libraries = (!names.is_empty()).then(|| Libraries::new(&names, &device.library_path())).transpose();
+    let libraries = libraries.map_err(|e| refuse(format!("no folder of libraries: {e}")))?;
+    // The frame is of the size of the window that a program of GLUT makes.
+    let mut early = libraries.as_ref().map(|libraries| spawn(&device, Some(libraries))).transpose()?;
+    let (width, height) = match &mut early {
+        Some(started) => window_size(args, &device, started),
+        None => args.size.unwrap_or(FrameSize::DEFAULT).into(),
+    };
     let limits = Limits::default().for_frame(width, height);
     let mut engine = Engine::with_limits(width, height, limits).map_err(|e| refuse(e.message))?;
-    let no_device = |e: std::io::Error| refuse(format!("no framebuffer device: {e}"));
-    let device = Device::new(&DeviceOptions {
-        size: (width, height),
-        format,
-        hz: args.hz,
-        line_length: args.line_length,
-    })
-    .map_err(no_device)?;
     let outlets = outlets(args, &mut engine).map_err(refuse)?;
     let mut web = args.web.prepare(args.allow_remote).map_err(refuse)?;
     web.iter_mut().for_each(|web| web.attach(&mut engine));
     let server = serve(args, engine).map_err(refuse)?;
     let _page = web.map(|web| web.serve(&server)).transpose().map_err(refuse)?;
-    let terminals = Terminals::open((width, height)).map_err(|e| refuse(format!("no terminal: {e}")))?;
-    device.set_terminals(terminals.numbers());
-    let console = terminals.path().to_owned();
     let (endings, ending) = bounded(8);
     let told = endings.clone();
     signals::watch(move || _ = told.try_send(Ending::Signal)).map_err(refuse)?;
@@ -112,9 +120,50 @@ pub fn run(args: &Run) -> Result<Status, Refusal> {
     let shared = Arc::new(shared);
     // The black frame before the program is none of its frames.
     shared.blank(|_| false);
-    let started = spawn::spawn(&program, &args.program, &shared.device, &console, args.leave_daemons)
-        .map_err(|e| Refusal { status: 126, message: format!("{}: {e}", program.display()) })?;
+    let started = match early {
+        Some(started) => started,
+        None => spawn(&shared.device, None)?,
+    };
     Ok(shared.attend(args, started, outlets, pictures, (endings, ending)))
+}
+
+/// Makes the device: of the frame's size, or of the largest window that a program of GLUT may make.
+fn device(args: &Run, is_glut: bool) -> Result<Device, Refusal> {
+    let refuse = |message: String| Refusal { status: 2, message };
+    let name = match (is_glut, args.alpha) {
+        (true, true) => "rgba".to_owned(),
+        (true, false) => "rgbx".to_owned(),
+        (false, true) if args.format.len() == 4 => args.format.replace('x', "a"),
+        (false, _) => args.format.clone(),
+    };
+    let format = Format::index(&name).ok_or_else(|| {
+        let names: Vec<&str> = crate::fbdev::FORMATS.iter().map(|f| f.name).collect();
+        refuse(format!("--format: {} is expected, not {:?}", names.join(", "), args.format))
+    })?;
+    let size = if is_glut { LARGEST_WINDOW } else { args.size.unwrap_or(FrameSize::DEFAULT).into() };
+    let line_length = if is_glut { 0 } else { args.line_length };
+    Device::new(&DeviceOptions { size, format, hz: args.hz, line_length, is_glut })
+        .map_err(|e| refuse(format!("no framebuffer device: {e}")))
+}
+
+/// Waits until a program of GLUT has made its window or has ended. Returns the frame's size: that of
+/// `--size`, if the window fits into it.
+fn window_size(args: &Run, device: &Device, started: &mut Started) -> (u32, u32) {
+    let window = loop {
+        match device.window() {
+            Some(window) => break Some(window),
+            None if !matches!(started.child.try_wait(), Ok(None)) => break None,
+            None => std::thread::sleep(WINDOW_LOOK),
+        }
+    };
+    let wanted: Option<(u32, u32)> = args.size.map(Into::into);
+    match (window, wanted) {
+        (Some(window), Some(wanted)) if window.0 > wanted.0 || window.1 > wanted.1 => {
+            say_as_program(format_args!("--size: the program's window has {}x{} pixels", window.0, window.1));
+            window
+        }
+        (window, wanted) => wanted.or(window).unwrap_or(FrameSize::DEFAULT.into()),
+    }
 }
 
 /// Connects the engine to the window's display and the movie, where there are any.
@@ -187,6 +236,9 @@ impl Shared {
         let picture = picture.or_else(|| self.last_picture());
         self.device.end();
         self.tell_refused();
+        if let Some(line) = self.device.stores_outside() {
+            say_as_program(line);
+        }
         self.warn(&pictures);
         finish(outlets, &pictures, picture.as_deref(), status)
     }
@@ -298,6 +350,8 @@ impl Shared {
     fn warn(&self, pictures: &Pictures) {
         if self.device.loads() == 0 {
             say_as_program("the program has not loaded the preload library, so it had no framebuffer");
+        } else if pictures.are_wanted() && self.device.opens() == 0 && self.device.window().is_some() {
+            say_as_program("the program has shown no picture of its own: the picture is black");
         } else if pictures.are_wanted() && self.device.opens() == 0 {
             say_as_program("the program has not opened /dev/fb0: the picture is black");
         }

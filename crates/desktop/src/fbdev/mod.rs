@@ -25,7 +25,7 @@ mod mode;
 mod scanout;
 mod sysfs;
 
-pub use device::{Device, DeviceOptions};
+pub use device::{Device, DeviceOptions, GLUT_LIBRARY};
 pub use input::{InputDevices, typing};
 pub use layout::{ENVIRONMENT, OPENS_AT, TERMINALS};
 pub use mode::{FORMATS, Format};
