@@ -40,6 +40,16 @@ pub(super) use spawn::started;
 
 /// Run a program that draws on /dev/fb0.
 #[derive(Debug, Args)]
+pub struct RunProgram {
+    #[command(flatten)]
+    run: Run,
+    /// The program and its arguments, after --
+    #[arg(last = true, required = true, value_name = "PROGRAM ARGS")]
+    program: Vec<OsString>,
+}
+
+/// How a program is run.
+#[derive(Debug, Args)]
 pub struct Run {
     /// The frame's size, and the largest mode of the framebuffer
     #[arg(long, value_name = "WxH")]
@@ -108,9 +118,13 @@ pub struct Run {
     crt: CrtArgs,
     #[command(flatten)]
     movie: MovieArgs,
-    /// The program and its arguments, after --
-    #[arg(last = true, required = true, value_name = "PROGRAM ARGS")]
+    /// The program and its arguments
+    #[arg(skip)]
     program: Vec<OsString>,
+    /// The folder that it runs in, if that is another one
+    #[arg(skip)]
+    #[cfg_attr(not(fbptr_preload), expect(dead_code, reason = "no program runs"))]
+    folder: Option<PathBuf>,
 }
 
 /// Reason for which nothing is run, and the exit status.
@@ -121,9 +135,33 @@ struct Refusal {
     message: String,
 }
 
-impl Run {
+impl RunProgram {
     /// Runs the program to its end.
     pub(super) fn run(self) -> Status {
+        Run { program: self.program, ..self.run }.start()
+    }
+}
+
+/// Returns whether a file is a program that is linked with GLUT.
+#[cfg(fbptr_preload)]
+pub(super) fn is_glut_program(path: &std::path::Path) -> bool {
+    !glut::names(path).is_empty()
+}
+
+impl Run {
+    /// Runs a program in a folder to its end. Pictures and other files are named from the folder
+    /// that `fbptr` was started in.
+    pub(super) fn run_in(
+        self,
+        folder: &std::path::Path,
+        program: OsString,
+        words: Vec<OsString>,
+    ) -> Status {
+        let program = std::iter::once(program).chain(words).collect();
+        Run { program, folder: Some(folder.to_owned()), ..self }.start()
+    }
+
+    fn start(self) -> Status {
         #[cfg(fbptr_preload)]
         match session::run(&self) {
             Ok(status) => status,

@@ -84,7 +84,8 @@ pub fn run(args: &Run) -> Result<Status, Refusal> {
     device.set_terminals(terminals.numbers());
     let console = terminals.path().to_owned();
     let spawn = |device: &Device, libraries: Option<&Libraries>| {
-        spawn::spawn(&program, &args.program, device, &console, libraries, args.leave_daemons)
+        let folder = args.folder.as_deref();
+        spawn::spawn(&program, &args.program, device, &console, libraries, folder, args.leave_daemons)
             .map_err(|e| Refusal { status: 126, message: format!("{}: {e}", program.display()) })
     };
     let libraries = (!names.is_empty()).then(|| Libraries::new(&names, &device.library_path())).transpose();

@@ -160,7 +160,7 @@ fn before(first: impl Into<OsString>, variable: &str) -> OsString {
     }
 }
 
-/// Starts a program, whose loader looks into the folder of `libraries` first; `leaves_daemons` if processes that made a session of their own are not ended
+/// Starts a program, in a folder, whose loader looks into that of `libraries` first; `leaves_daemons` if processes that made a session of their own are not ended
 /// with it.
 ///
 /// # Errors
@@ -171,6 +171,7 @@ pub fn spawn(
     device: &Device,
     terminal: &Path,
     libraries: Option<&Libraries>,
+    folder: Option<&Path>,
     leaves_daemons: bool,
 ) -> io::Result<Started> {
     let (name, value) = device.environment()?;
@@ -182,6 +183,7 @@ pub fn spawn(
     command.arg0(STARTER).arg(terminal).arg(leash.path());
     command.arg(if leaves_daemons { LEAVE } else { "" }).arg(program).args(words);
     command.env(name, value).env(LIBRARY, device.library_path());
+    folder.iter().for_each(|folder| _ = command.current_dir(folder));
     if let Some(libraries) = libraries {
         command.env(FOLDER, libraries.path()).env("LD_LIBRARY_PATH", before(libraries.path(), "LD_LIBRARY_PATH"));
     }
