@@ -15,7 +15,8 @@ use std::path::{Path, PathBuf};
 /// Beginnings of the names of libraries that the preload library stands for.
 const STEMS: [&str; 5] = ["libglut.so", "libfreeglut.so", "libGL.so", "libGLU.so", "libOpenGL.so"];
 /// Names that libraries of the program may ask for.
-const USUAL: [&str; 4] = ["libglut.so.3", "libGL.so.1", "libGLU.so.1", "libOpenGL.so.0"];
+const USUAL: [&str; 5] =
+    ["libglut.so.3", "libglut.so.3.12", "libGL.so.1", "libGLU.so.1", "libOpenGL.so.0"];
 
 /// Returns the names by which a program asks for GLUT and OpenGL; none if it is not linked with
 /// GLUT.
@@ -30,10 +31,13 @@ pub fn names(program: &Path) -> Vec<String> {
     }
     let mut names: Vec<String> =
         needed.into_iter().filter(|name| STEMS.iter().any(|stem| name.starts_with(stem))).collect();
-    names.extend(USUAL.map(str::to_owned));
-    names.sort();
-    names.dedup();
+    names.extend(usual());
     names
+}
+
+/// Returns the names by which most programs ask for them.
+pub fn usual() -> impl Iterator<Item = String> {
+    USUAL.into_iter().map(str::to_owned)
 }
 
 /// A folder of links, which is removed at the end.
@@ -56,7 +60,10 @@ impl Libraries {
         fs::create_dir(&path)?;
         let libraries = Libraries { path };
         for name in names {
-            symlink(library, libraries.path.join(name))?;
+            match symlink(library, libraries.path.join(name)) {
+                Err(e) if e.kind() != io::ErrorKind::AlreadyExists => return Err(e),
+                _ => {}
+            }
         }
         Ok(libraries)
     }

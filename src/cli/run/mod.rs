@@ -105,6 +105,10 @@ pub struct Run {
     /// that do not say otherwise, and of programs of GLUT, are opaque
     #[arg(long)]
     alpha: bool,
+    /// The program is one that starts another one which is linked with GLUT, as a debugger or make
+    /// does; by default the program itself is looked at
+    #[arg(long)]
+    glut: bool,
     /// Leave what the program started in a session of its own (daemons) alive at the end; by
     /// default nothing of a run outlives it
     #[arg(long)]

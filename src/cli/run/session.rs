@@ -77,7 +77,10 @@ pub fn run(args: &Run) -> Result<Status, Refusal> {
     }
     let after = args.after.as_deref().map(str::parse::<After>).transpose().map_err(refuse)?;
     let program = spawn::find(&args.program)?;
-    let names = glut::names(&program);
+    let mut names = glut::names(&program);
+    if args.glut {
+        names.extend(glut::usual());
+    }
     let device = device(args, !names.is_empty())?;
     let terminals = Terminals::open(args.size.unwrap_or(FrameSize::DEFAULT).into())
         .map_err(|e| refuse(format!("no terminal: {e}")))?;
