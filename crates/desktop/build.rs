@@ -34,7 +34,10 @@ fn compile(out: &Path, options: &[&str]) {
     let mut rustc = Command::new(env::var_os("RUSTC").expect("cargo sets it"));
     rustc.args(["--edition", "2024", "--crate-type", "cdylib", "--crate-name", "fbptr_preload"]);
     let target = env::var("TARGET").unwrap_or_default();
-    rustc.args(["--target", &target, "--check-cfg", "cfg(glut)", "preload/lib.rs", "-o"]).arg(out).args(options);
+    rustc
+        .args(["--target", &target, "--check-cfg", "cfg(glut)", "preload/lib.rs", "-o"])
+        .arg(out)
+        .args(options);
     // All of `core` is optimized with it, which leaves 110 kB and no symbol of Rust's runtime.
     for option in ["panic=abort", "opt-level=2", "lto=fat", "codegen-units=1", "debuginfo=0", "strip=symbols"]
     {

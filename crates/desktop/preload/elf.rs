@@ -121,7 +121,8 @@ pub fn each_needed(mut read: impl FnMut(u64, &mut [u8]) -> bool, mut each: impl 
         read(at, &mut entry).then(|| (long(&entry, 0), long(&entry, 8)))
     };
     // DT_STRTAB: an address, whose place in the file a segment says (PT_LOAD).
-    let Some((_, strings)) = (0..entries).find_map(|i| entry(i, &mut read).filter(|(tag, _)| *tag == 5)) else {
+    let Some((_, strings)) = (0..entries).find_map(|i| entry(i, &mut read).filter(|(tag, _)| *tag == 5))
+    else {
         return;
     };
     let in_file = |load: [u8; 56]| {

@@ -10,8 +10,11 @@ use std::time::SystemTime;
 
 /// Folders of folders that are looked into.
 const DEPTH: u32 = 3;
-/// Folders whose files are not parts of a program.
-const SKIPPED: [&str; 6] = ["glm", "Eigen", "eigen", "build", "doc", "docs"];
+/// Beginnings of the names of folders whose files are not parts of a program; headers are looked for
+/// in them and beside them.
+const SKIPPED: [&str; 6] = ["glm", "eigen", "build", "cmake", "doc", "test"];
+/// Folder of Eigen's headers, where the system has them.
+const EIGEN: &str = "/usr/include/eigen3";
 
 /// A program that was compiled.
 pub struct Built {
@@ -47,7 +50,9 @@ pub fn build(folder: &Path) -> Result<Built, String> {
         match by_makefile(&folder, &support) {
             Ok(built) => return Ok(built),
             // What a Makefile for another machine does not do is tried without it.
-            Err(message) => super::super::say_as_program(format_args!("{message}: trying without the Makefile")),
+            Err(message) => {
+                super::super::say_as_program(format_args!("{message}: trying without the Makefile"))
+            }
         }
     }
     by_files(&folder, &support)
@@ -68,7 +73,8 @@ fn by_makefile(folder: &Path, support: &Path) -> Result<Built, String> {
     let mut newest: Option<(SystemTime, PathBuf)> = None;
     walk(folder, DEPTH, &mut |path| {
         let time = fs::metadata(path).and_then(|meta| meta.modified());
-        if let Ok(time) = time.as_ref().copied()
+        if path.is_file()
+            && let Ok(time) = time.as_ref().copied()
             && newest.as_ref().is_none_or(|(other, _)| time > *other)
             && is_glut_program(path)
         {
@@ -84,6 +90,10 @@ fn by_makefile(folder: &Path, support: &Path) -> Result<Built, String> {
 fn by_files(folder: &Path, support: &Path) -> Result<Built, String> {
     let (mut c, mut cpp, mut includes) = (Vec::new(), Vec::new(), vec![folder.to_owned()]);
     walk(folder, DEPTH, &mut |path| {
+        if path.is_dir() {
+            includes.extend([path.parent().unwrap_or(folder), path].map(Path::to_owned));
+            return;
+        }
         let folder_of = path.parent().unwrap_or(folder);
         let (list, entry) = match path.extension().and_then(OsStr::to_str) {
             Some("c") => (&mut c, path),
@@ -98,6 +108,8 @@ fn by_files(folder: &Path, support: &Path) -> Result<Built, String> {
     if c.is_empty() && cpp.is_empty() {
         return Err(format!("{}: there are no C or C++ files", folder.display()));
     }
+    includes.push(EIGEN.into());
+    keep_one_main(&mut c, &mut cpp);
     let out = std::env::temp_dir().join(format!("fbptr-mygl-{}", std::process::id()));
     fs::create_dir_all(&out).map_err(|e| format!("{}: {e}", out.display()))?;
     let built = Built { program: out.join("program"), folder: Some(out.clone()) };
@@ -120,6 +132,20 @@ fn by_files(folder: &Path, support: &Path) -> Result<Built, String> {
     Ok(built)
 }
 
+/// Leaves out all files but one that have a `main`: the one of this name is kept, or the first.
+fn keep_one_main(c: &mut Vec<PathBuf>, cpp: &mut Vec<PathBuf>) {
+    let has_main = |path: &PathBuf| {
+        let text = fs::read(path).unwrap_or_default();
+        let text = String::from_utf8_lossy(&text).into_owned();
+        text.split_whitespace().collect::<Vec<_>>().join(" ").contains("int main(")
+            || text.contains("int main (")
+    };
+    let mains: Vec<PathBuf> = cpp.iter().chain(c.iter()).filter(|path| has_main(path)).cloned().collect();
+    let is_named = |path: &&PathBuf| path.file_stem().is_some_and(|stem| stem == "main");
+    let Some(kept) = mains.iter().find(is_named).or(mains.first()) else { return };
+    [c, cpp].into_iter().for_each(|list| list.retain(|path| path == kept || !mains.contains(path)));
+}
+
 fn run(command: &mut Command) -> Result<(), String> {
     let name = command.get_program().to_string_lossy().into_owned();
     match command.status() {
@@ -129,7 +155,8 @@ fn run(command: &mut Command) -> Result<(), String> {
     }
 }
 
-/// Calls `each` for the files of a folder and of those in it, in the order of their names.
+/// Calls `each` for the files of a folder and of those in it, in the order of their names, and for
+/// the folders that are skipped.
 fn walk(folder: &Path, depth: u32, each: &mut dyn FnMut(&Path)) {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut paths: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
@@ -138,8 +165,13 @@ fn walk(folder: &Path, depth: u32, each: &mut dyn FnMut(&Path)) {
         let name = path.file_name().and_then(OsStr::to_str).unwrap_or("");
         let kind = path.symlink_metadata().map(|meta| meta.file_type());
         match kind {
-            Ok(kind) if kind.is_dir() && depth > 0 && !name.starts_with('.') && !SKIPPED.contains(&name) => {
-                walk(&path, depth - 1, each);
+            Ok(kind) if kind.is_dir() && !name.starts_with('.') => {
+                let name = name.to_ascii_lowercase();
+                match SKIPPED.iter().any(|skipped| name.starts_with(skipped)) {
+                    true => each(&path),
+                    false if depth > 0 => walk(&path, depth - 1, each),
+                    false => {}
+                }
             }
             Ok(kind) if kind.is_file() => each(&path),
             _ => {}

@@ -38,19 +38,8 @@ const HEADERS: &[(&str, &str)] = headers! {
 /// Names by which programs link the library: those of GLUT and OpenGL, of the libraries below them,
 /// and those of another system.
 #[cfg(fbptr_preload)]
-const LINKS: [&str; 11] = [
-    "glut",
-    "GL",
-    "GLU",
-    "freeglut",
-    "X11",
-    "Xi",
-    "Xmu",
-    "Xext",
-    "opengl32",
-    "glu32",
-    "glut32",
-];
+const LINKS: [&str; 11] =
+    ["glut", "GL", "GLU", "freeglut", "X11", "Xi", "Xmu", "Xext", "opengl32", "glu32", "glut32"];
 
 impl Config {
     /// Prints the options.
@@ -137,5 +126,7 @@ fn write(folder: &Path) -> std::io::Result<()> {
     let lib = folder.join("lib");
     std::fs::create_dir_all(&lib)?;
     std::fs::write(lib.join("libglut.so.3"), crate::fbdev::GLUT_LIBRARY)?;
-    LINKS.iter().try_for_each(|name| std::os::unix::fs::symlink("libglut.so.3", lib.join(format!("lib{name}.so"))))
+    LINKS
+        .iter()
+        .try_for_each(|name| std::os::unix::fs::symlink("libglut.so.3", lib.join(format!("lib{name}.so"))))
 }

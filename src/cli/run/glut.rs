@@ -15,8 +15,7 @@ use std::path::{Path, PathBuf};
 /// Beginnings of the names of libraries that the preload library stands for.
 const STEMS: [&str; 5] = ["libglut.so", "libfreeglut.so", "libGL.so", "libGLU.so", "libOpenGL.so"];
 /// Names that libraries of the program may ask for.
-const USUAL: [&str; 5] =
-    ["libglut.so.3", "libglut.so.3.12", "libGL.so.1", "libGLU.so.1", "libOpenGL.so.0"];
+const USUAL: [&str; 5] = ["libglut.so.3", "libglut.so.3.12", "libGL.so.1", "libGLU.so.1", "libOpenGL.so.0"];
 
 /// Returns the names by which a program asks for GLUT and OpenGL; none if it is not linked with
 /// GLUT.

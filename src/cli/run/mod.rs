@@ -155,12 +155,7 @@ pub(super) fn is_glut_program(path: &std::path::Path) -> bool {
 impl Run {
     /// Runs a program in a folder to its end. Pictures and other files are named from the folder
     /// that `fbptr` was started in.
-    pub(super) fn run_in(
-        self,
-        folder: &std::path::Path,
-        program: OsString,
-        words: Vec<OsString>,
-    ) -> Status {
+    pub(super) fn run_in(self, folder: &std::path::Path, program: OsString, words: Vec<OsString>) -> Status {
         let program = std::iter::once(program).chain(words).collect();
         Run { program, folder: Some(folder.to_owned()), ..self }.start()
     }

@@ -185,7 +185,9 @@ pub fn spawn(
     command.env(name, value).env(LIBRARY, device.library_path());
     folder.iter().for_each(|folder| _ = command.current_dir(folder));
     if let Some(libraries) = libraries {
-        command.env(FOLDER, libraries.path()).env("LD_LIBRARY_PATH", before(libraries.path(), "LD_LIBRARY_PATH"));
+        command
+            .env(FOLDER, libraries.path())
+            .env("LD_LIBRARY_PATH", before(libraries.path(), "LD_LIBRARY_PATH"));
     }
     Ok(Started { child: command.spawn()?, leash })
 }

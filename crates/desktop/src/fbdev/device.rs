@@ -344,7 +344,8 @@ mod tests {
     use super::*;
 
     fn device() -> Device {
-        Device::new(&DeviceOptions { size: (64, 40), format: 0, hz: 60, line_length: 0, is_glut: false }).unwrap()
+        Device::new(&DeviceOptions { size: (64, 40), format: 0, hz: 60, line_length: 0, is_glut: false })
+            .unwrap()
     }
 
     #[test]

@@ -296,7 +296,8 @@ mod tests {
     impl Bench {
         fn new(format: &str, size: (u32, u32)) -> Bench {
             let format = Format::index(format).unwrap();
-            let device = Device::new(&DeviceOptions { size, format, hz: 60, line_length: 0, is_glut: false }).unwrap();
+            let device =
+                Device::new(&DeviceOptions { size, format, hz: 60, line_length: 0, is_glut: false }).unwrap();
             let mut memory = VideoMemory::new(size.0, size.1).unwrap();
             memory.take_damage();
             Bench { scan: ScanOut::new(true), device, memory }
