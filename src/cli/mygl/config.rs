@@ -32,7 +32,7 @@ macro_rules! headers {
 #[cfg(fbptr_preload)]
 const HEADERS: &[(&str, &str)] = headers! {
     "GL/gl.h" "GL/glu.h" "GL/glut.h" "GL/freeglut.h" "GL/freeglut_std.h" "GL/freeglut_ext.h" "GLUT/glut.h"
-    "OpenGL/gl.h" "OpenGL/glu.h" "windows.h" "conio.h" "Math.h" "Stdlib.h"
+    "OpenGL/gl.h" "OpenGL/glu.h" "windows.h" "Windows.h" "conio.h" "Math.h" "Stdlib.h"
 };
 
 /// Names by which programs link the library: those of GLUT and OpenGL, of the libraries below them,
