@@ -109,8 +109,9 @@ fn may_be_shown(len: usize) -> bool {
 
 /// Makes an allocation with pages of its own; null if there is no room for one.
 fn allocate(len: usize) -> *mut c_void {
-    let is_free =
-        |region: &&Region| region.start.compare_exchange(0, CLAIMED, Ordering::AcqRel, Ordering::Relaxed).is_ok();
+    let is_free = |region: &&Region| {
+        region.start.compare_exchange(0, CLAIMED, Ordering::AcqRel, Ordering::Relaxed).is_ok()
+    };
     let Some(region) = TABLE.iter().find(is_free) else { return ptr::null_mut() };
     let base = map(0, BEFORE + len.next_multiple_of(PAGE) + behind(len), 0);
     if base.is_null() {

@@ -255,8 +255,10 @@ pub unsafe extern "C" fn glDrawPixels(
 pub fn draw_texture(edges: [f32; 4], from: (f32, f32), to: (f32, f32)) {
     let Some(image) = textures::bound_image() else { return };
     let [left, right, bottom, top] = edges;
-    let scale =
-        ((to.0 - from.0) / (right - left) * image.width as f32, (to.1 - from.1) / (top - bottom) * image.height as f32);
+    let scale = (
+        (to.0 - from.0) / (right - left) * image.width as f32,
+        (to.1 - from.1) / (top - bottom) * image.height as f32,
+    );
     let offset =
         (from.0 * image.width as f32 - left * scale.0, from.1 * image.height as f32 - bottom * scale.1);
     // SAFETY: the image of a texture is its own memory, or an allocation that is not given back.

@@ -112,7 +112,7 @@ fn key(code: u16, is_down: bool) {
         return;
     }
     if code == 58 {
-        here.is_caps.set(here.is_caps.get() != is_down && is_down || here.is_caps.get() && !is_down);
+        here.is_caps.set(here.is_caps.get() != is_down);
         return;
     }
     let Some(key) = KEYS.iter().find(|key| u16::from(key.code) == code) else { return };
@@ -154,8 +154,7 @@ fn character(key: &Key) -> Option<u8> {
 
 /// Returns the number of a key that is no character.
 fn special(name: &str) -> Option<c_int> {
-    const NAMES: [&str; 9] =
-        ["left", "up", "right", "down", "pageup", "pagedown", "home", "end", "insert"];
+    const NAMES: [&str; 9] = ["left", "up", "right", "down", "pageup", "pagedown", "home", "end", "insert"];
     if let Some(at) = NAMES.iter().position(|other| *other == name) {
         return Some(100 + at as c_int);
     }

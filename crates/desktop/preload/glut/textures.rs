@@ -39,8 +39,11 @@ impl Texture {
     fn image(&self) -> Option<Image> {
         let (width, height) = self.size.get();
         let source = self.source.get();
-        let (start, kind) =
-            if source.is_null() { (self.texels.get().cast_const(), Kind::rgb(4)) } else { (source, self.kind.get()) };
+        let (start, kind) = if source.is_null() {
+            (self.texels.get().cast_const(), Kind::rgb(4))
+        } else {
+            (source, self.kind.get())
+        };
         let row_bytes = width * kind.bytes();
         (!start.is_null()).then_some(Image { start, width, height, row_bytes, kind })
     }
@@ -97,7 +100,11 @@ impl Texture {
 pub fn keep_copies_of(start: usize) {
     // What is on the screen stays there without it.
     if screen::attached() == Some(start) {
-        state().textures.iter().filter(|t| t.source.get() as usize == start).for_each(|t| t.source.set(ptr::null()));
+        state()
+            .textures
+            .iter()
+            .filter(|t| t.source.get() as usize == start)
+            .for_each(|t| t.source.set(ptr::null()));
         return;
     }
     state().textures.iter().filter(|t| t.source.get() as usize == start).for_each(Texture::keep_copy);
@@ -251,7 +258,8 @@ unsafe fn upload(
     let image = Image::unpacked(pixels, size.0, size.1, kind);
     let start = image.start as usize;
     let is_own = start.is_multiple_of(PAGE) && region_of(start).is_some_and(|(at, _)| at == start);
-    if is_own && at == (0, 0) && size == texture.size.get() && image.is_whole() && !state().is_composed.get() {
+    if is_own && at == (0, 0) && size == texture.size.get() && image.is_whole() && !state().is_composed.get()
+    {
         texture.source.set(image.start);
         texture.kind.set(kind);
         return;

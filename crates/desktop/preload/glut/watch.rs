@@ -90,7 +90,8 @@ fn install() {
     if IS_INSTALLED.swap(true, Ordering::Relaxed) {
         return;
     }
-    let ours = |handler: usize| Action { handler, mask: [0; 16], flags: SA_SIGINFO | SA_NODEFER, restorer: 0 };
+    let ours =
+        |handler: usize| Action { handler, mask: [0; 16], flags: SA_SIGINFO | SA_NODEFER, restorer: 0 };
     let mut old = Action { handler: 0, mask: [0; 16], flags: 0, restorer: 0 };
     // SAFETY: the structures are those of the C library, and the handlers have its type.
     unsafe {

@@ -499,6 +499,25 @@ mod tests {
     }
 
     #[test]
+    fn the_first_row_is_the_lowest_where_the_program_says_so() {
+        for format in ["rgba", "rgbx", "rgb24"] {
+            let mut bench = Bench::new(format, (16, 10));
+            bench.scan.is_shared = false;
+            bench.write(0, &[1, 2, 3, 255]);
+            bench.update();
+            assert_eq!(bench.pixel(0, 0), [1, 2, 3, 255], "{format}");
+            bench.device.set_word(at::FLIPPED_AT, 1);
+            assert_eq!(bench.update(), (true, 0..10), "{format}");
+            assert_eq!((bench.pixel(0, 9), bench.pixel(0, 0)[..3].to_vec()), ([1, 2, 3, 255], vec![0; 3]));
+            assert!(!bench.update().0, "{format}: nothing has changed");
+            let line = if format == "rgb24" { 48 } else { 64 };
+            bench.write(9 * line, &[7, 8, 9, 255]);
+            assert_eq!(bench.update(), (true, 0..1), "{format}");
+            assert_eq!(bench.pixel(0, 0), [7, 8, 9, 255], "{format}");
+        }
+    }
+
+    #[test]
     fn pages_are_flipped_and_a_place_off_the_memory_shows_nothing_new() {
         let mut bench = Bench::new("bgrx", (16, 10));
         bench.set_mode(|var| (var.xres_virtual, var.yres_virtual) = (17, 20));
