@@ -102,11 +102,11 @@ impl Function {
         let (kind, end) = match verb.reply {
             Reply::Line => {
                 parameters.push("char *reply, size_t room".into());
-                ("int", vec![end, "return fbptr_answer(fb, reply, room)".into()])
+                ("int", vec![end, format!("return fbptr_answer(fb, \"{}\", reply, room)", verb.name)])
             }
             Reply::Bytes => {
                 parameters.push("void *to, size_t room".into());
-                ("long", vec![end, "return fbptr_answer_bytes(fb, to, room)".into()])
+                ("long", vec![end, format!("return fbptr_answer_bytes(fb, \"{}\", to, room)", verb.name)])
             }
             _ => ("int", vec![format!("return {end}")]),
         };
@@ -114,7 +114,7 @@ impl Function {
             verb.forms.iter().map(|form| format!("{}: {}", form.syntax, form.about)).collect();
         let parameters: String = parameters.iter().map(|p| format!(", {p}")).collect();
         let name = verb.name.to_lowercase();
-        let about = forms.join(";\n   ");
+        let about = comment(&forms.join("; "));
         let begin = format!("fbptr_put(fb, \"{}\", {})", verb.name, verb.name.len());
         let statements: String = std::iter::once(&begin)
             .chain(&self.statements)
@@ -127,6 +127,26 @@ impl Function {
         )
         .expect("a String takes all");
     }
+}
+
+/// Longest line of a comment, in columns.
+const COLUMNS: usize = 120;
+
+/// Returns a text in lines of a comment.
+fn comment(text: &str) -> String {
+    let (mut out, mut column) = (String::new(), 2);
+    for word in text.split(' ') {
+        if column + word.len() + 4 > COLUMNS {
+            out += "\n  ";
+            column = 2;
+        }
+        column += word.len() + 1;
+        if !out.is_empty() {
+            out.push(' ');
+        }
+        out += word;
+    }
+    out
 }
 
 #[test]

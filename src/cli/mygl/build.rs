@@ -114,12 +114,17 @@ fn by_files(folder: &Path, support: &Path) -> Result<Built, String> {
     fs::create_dir_all(&out).map_err(|e| format!("{}: {e}", out.display()))?;
     let built = Built { program: out.join("program"), folder: Some(out.clone()) };
     let mut objects = Vec::new();
-    // Variables that several files define are one, as older compilers have it.
-    for (compiler, files, option) in [("cc", &c, "-fcommon"), ("c++", &cpp, "-fpermissive")] {
+    // As older compilers have it, variables that several files define are one, and each header of C++
+    // brings the C library's.
+    let kinds: [(_, _, &[&str]); 2] = [
+        ("cc", &c, &["-fcommon"]),
+        ("c++", &cpp, &["-fpermissive", "-include", "cstdlib", "-include", "cstring"]),
+    ];
+    for (compiler, files, options) in kinds {
         for file in files.iter() {
             let object = out.join(format!("{}.o", objects.len()));
             let mut command = Command::new(compiler);
-            command.args(["-g", "-O1", "-w", option, "-c"]).arg(file).arg("-o").arg(&object);
+            command.args(["-g", "-O1", "-w", "-c"]).args(options).arg(file).arg("-o").arg(&object);
             command.arg("-I").arg(support.join("include"));
             includes.iter().for_each(|path| _ = command.arg("-I").arg(path));
             run(&mut command)?;

@@ -31,15 +31,15 @@ macro_rules! headers {
 
 #[cfg(fbptr_preload)]
 const HEADERS: &[(&str, &str)] = headers! {
-    "GL/gl.h" "GL/glu.h" "GL/glut.h" "GL/freeglut.h" "GL/freeglut_std.h" "GL/freeglut_ext.h" "GLUT/glut.h"
+    "GL/gl.h" "GL/glu.h" "GL/glut.h" "GL/freeglut.h" "GL/glew.h" "GL/freeglut_std.h" "GL/freeglut_ext.h" "GLUT/glut.h"
     "OpenGL/gl.h" "OpenGL/glu.h" "windows.h" "Windows.h" "conio.h" "Math.h" "Stdlib.h"
 };
 
 /// Names by which programs link the library: those of GLUT and OpenGL, of the libraries below them,
 /// and those of another system.
 #[cfg(fbptr_preload)]
-const LINKS: [&str; 11] =
-    ["glut", "GL", "GLU", "freeglut", "X11", "Xi", "Xmu", "Xext", "opengl32", "glu32", "glut32"];
+const LINKS: [&str; 12] =
+    ["glut", "GL", "GLU", "freeglut", "X11", "Xi", "Xmu", "Xext", "opengl32", "glu32", "glut32", "GLEW"];
 
 impl Config {
     /// Prints the options.
