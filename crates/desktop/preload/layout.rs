@@ -77,6 +77,10 @@ pub const OUTSIDE_AT: usize = 144;
 pub const OUTSIDE_FIRST_AT: usize = 152;
 /// Bytes of the program's allocation that are the video memory; 0 if none is: 64 bits.
 pub const DIRECT_BYTES_AT: usize = 160;
+/// Set while callbacks of a program of GLUT run: its picture may be half of one.
+pub const IS_DRAWING_AT: usize = 168;
+/// Set if such a program is to wait for a vertical blank when its callbacks have returned.
+pub const IS_PAUSE_WANTED_AT: usize = 172;
 /// The mode's slots.
 pub const MODES_AT: usize = 256;
 /// Number of slots.

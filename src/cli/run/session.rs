@@ -30,6 +30,9 @@ const LARGEST_WINDOW: (u32, u32) = (4096, 4096);
 /// Time between two looks whether a program has made its window.
 const WINDOW_LOOK: Duration = Duration::from_millis(2);
 
+/// Time that a program has to finish a picture that is due.
+const HALF_PATIENCE: Duration = Duration::from_secs(2);
+
 /// Reason for the end of a run.
 enum Ending {
     /// The program has ended.
@@ -62,6 +65,8 @@ struct Shared {
     input: Mutex<Input>,
     /// Set while input is replayed.
     is_replayed: AtomicBool,
+    /// When the picture of `--after` was due that was half of one.
+    due: Mutex<Option<Instant>>,
     /// Until the moment of `--after`.
     countdown: Mutex<Option<Countdown>>,
     has_ended: AtomicBool,
@@ -118,12 +123,13 @@ pub fn run(args: &Run) -> Result<Status, Refusal> {
         is_verbose: args.verbose,
         told: Mutex::default(),
         is_replayed: AtomicBool::new(false),
+        due: Mutex::default(),
         countdown: Mutex::new(after.map(|after| Countdown::new(after, Instant::now()))),
         has_ended: AtomicBool::new(false),
     };
     let shared = Arc::new(shared);
     // The black frame before the program is none of its frames.
-    shared.blank(|_| false);
+    shared.blank(|_, _| false);
     let started = match early {
         Some(started) => started,
         None => spawn(&shared.device, None)?,
@@ -293,7 +299,7 @@ impl Shared {
             }
             self.device.take_attributes();
             let shared = self.clone();
-            let decide = move |is_changed| shared.has_come(is_changed);
+            let decide = move |is_changed, is_half| shared.has_come(is_changed, is_half);
             let Some((is_changed, picture)) = self.blank(decide) else { return };
             let is_replayed = self.lock_input().pass_on(&self.device, is_changed, Instant::now());
             self.is_replayed.store(is_replayed, Ordering::Release);
@@ -312,13 +318,19 @@ impl Shared {
         self.input.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns whether the moment of `--after` has come, once.
-    fn has_come(&self, is_changed: bool) -> bool {
+    /// Returns whether the moment of `--after` has come, once. It comes later for a picture that is
+    /// half of one, unless its program draws on and on.
+    fn has_come(&self, is_changed: bool, is_half: bool) -> bool {
         let mut countdown = self.countdown.lock().unwrap_or_else(PoisonError::into_inner);
         // Before the device is open, the frame is nobody's.
         let is_changed = is_changed && self.device.opens() > 0;
         let is_replayed = self.is_replayed.load(Ordering::Acquire);
         let has_come = countdown.as_mut().is_some_and(|c| c.note(is_changed, is_replayed, Instant::now()));
+        let mut due = self.due.lock().unwrap_or_else(PoisonError::into_inner);
+        if has_come && is_half && due.get_or_insert_with(Instant::now).elapsed() < HALF_PATIENCE {
+            self.device.ask_for_pause();
+            return false;
+        }
         if has_come {
             *countdown = None;
         }
@@ -326,19 +338,21 @@ impl Shared {
     }
 
     /// One vertical blank: the render thread converts what has changed. Returns whether anything
-    /// has, and the picture if `decide` wants it. `None` if the render thread has ended.
+    /// has, and the picture if `decide` wants it, which is told whether anything has changed and
+    /// whether the program was drawing. `None` if the render thread has ended.
     fn blank(
         self: &Arc<Self>,
-        decide: impl FnOnce(bool) -> bool + Send + 'static,
+        decide: impl FnOnce(bool, bool) -> bool + Send + 'static,
     ) -> Option<(bool, Option<Box<VideoMemory>>)> {
         let (done, outcome) = bounded(1);
         let shared = self.clone();
         self.server.thread().run_between(move |engine| {
             let mut scan_out = shared.scan_out.lock().unwrap_or_else(PoisonError::into_inner);
+            let is_half = shared.device.is_drawing();
             let is_changed =
                 engine.write_frame(|memory| scan_out.update(&shared.device, memory)).unwrap_or(false);
             shared.device.vsync();
-            let picture = decide(is_changed).then(|| Box::new(engine.memory().clone()));
+            let picture = decide(is_changed, is_half).then(|| Box::new(engine.memory().clone()));
             // Without a receiver the run has ended.
             let _ = done.send((is_changed, picture));
         });
@@ -347,7 +361,7 @@ impl Shared {
 
     /// Returns the frame after the program's end.
     fn last_picture(self: &Arc<Self>) -> Option<Box<VideoMemory>> {
-        self.blank(|_| true).and_then(|(_, picture)| picture)
+        self.blank(|_, _| true).and_then(|(_, picture)| picture)
     }
 
     /// Says why there is no picture, where one was asked for.

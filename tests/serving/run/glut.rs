@@ -82,6 +82,18 @@ fn the_memory_is_lit_as_soon_as_it_is_stored_to() {
 }
 
 #[test]
+fn the_picture_of_after_is_whole_where_each_frame_is_cleared_and_drawn() {
+    let folder = Folder::new("glut-slow");
+    let Some(program) = compiled(&folder, "down.cpp") else { return };
+    for after in ["300ms", "410ms", "523ms"] {
+        let (output, picture) =
+            picture_of(&folder, &["--after", after], &[&program, "slow", "0", "200", "100"]);
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        is_down_picture(&picture, (200, 100), 255);
+    }
+}
+
+#[test]
 fn stores_outside_of_the_memory_are_counted_and_change_nothing() {
     let folder = Folder::new("glut-outside");
     let Some(program) = compiled(&folder, "down.cpp") else { return };

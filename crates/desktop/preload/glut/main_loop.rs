@@ -5,7 +5,9 @@ use super::input;
 use super::state::state;
 use crate::abi;
 use crate::device::device;
+use crate::layout as at;
 use core::ffi::{c_int, c_short, c_ulong};
+use core::sync::atomic::Ordering;
 
 /// `struct pollfd`.
 #[repr(C)]
@@ -71,6 +73,7 @@ fn begin() {
 /// One turn of the loop, which sleeps for so many milliseconds at most if there is nothing to do.
 fn turn(sleep: i64) {
     let here = state();
+    note_drawing(true);
     input::pass_on();
     for timer in &here.timers {
         if let Some(due) = timer.get().filter(|due| due.due <= nanoseconds()) {
@@ -86,7 +89,8 @@ fn turn(sleep: i64) {
     if let Some(idle) = idle {
         idle();
     }
-    if here.is_redisplay_wanted.get() && is_shown {
+    let is_paused = note_drawing(false);
+    if is_paused || (here.is_redisplay_wanted.get() && is_shown) {
         // The picture is not shown more often than the frame.
         if let Some(device) = device() {
             device.wait_for_vsync();
@@ -94,6 +98,14 @@ fn turn(sleep: i64) {
     } else if idle.is_none() && !here.is_redisplay_wanted.get() {
         rest(sleep);
     }
+}
+
+/// Says whether callbacks run, and returns whether `fbptr` waits for a whole picture.
+fn note_drawing(is_drawing: bool) -> bool {
+    device().is_some_and(|device| {
+        device.word(at::IS_DRAWING_AT).store(is_drawing.into(), Ordering::Release);
+        device.word(at::IS_PAUSE_WANTED_AT).load(Ordering::Acquire) != 0
+    })
 }
 
 /// Sleeps until there is input or a timer is due.

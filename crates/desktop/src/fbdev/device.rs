@@ -216,6 +216,16 @@ impl Device {
         (width != 0).then(|| (width, self.word(at::WINDOW_AT + 4)))
     }
 
+    /// Returns whether callbacks of a program of GLUT run, so that its picture may be half of one.
+    pub fn is_drawing(&self) -> bool {
+        self.word(at::IS_DRAWING_AT) != 0
+    }
+
+    /// Lets such a program wait for a vertical blank when they have returned.
+    pub fn ask_for_pause(&self) {
+        self.set_word(at::IS_PAUSE_WANTED_AT, 1);
+    }
+
     /// Returns a line about stores outside of the video memory of a program of GLUT, if there were
     /// any. Bytes between the memory's end and that of its last page are not watched: those that
     /// are not zero count.

@@ -1,5 +1,6 @@
 // The style of a C++ framework: FBptr with five bytes a pixel, y down, all in headers and globals. The first argument
-// says what is done: "draw", "behind N", "before", "pause" after so many pixels, "size W H".
+// says what is done: "draw", "behind N", "before", "wide", "pause" after N pixels, or "slow": cleared and drawn again, over and over. Then N, and the
+// width and the height of the window.
 #include <GL/glut.h>
 #include <cstdlib>
 #include <cstring>
@@ -30,7 +31,9 @@ static void MyGlDraw()
         for (;;)
             pause();
     }
-    for (int y = 0; y < height; y++)
+    if (what == "slow")
+        std::memset(FBptr, 0, 4 * width * height);
+    for (int y = 0; y < height; usleep(what == "slow" ? 500 : 0), y++)
         for (int x = 0; x < width; x++)
             PutPixel(x, y, x % 256, y % 256, (x + 2 * y) % 256);
     if (what == "behind")
@@ -40,7 +43,7 @@ static void MyGlDraw()
         PutPixel(-1, 0, 1, 2, 3);
     if (what == "wide")
         *(volatile long *)(FBptr + 4 * width * height + 8) = 1;
-    what = "";
+    what = what == "slow" ? what : "";
 }
 
 static void display()
