@@ -203,6 +203,19 @@ fn callbacks_come_with_what_keys_and_pointer_do() {
 }
 
 #[test]
+fn an_allocation_of_three_bytes_a_pixel_is_the_memory_with_its_first_row_below() {
+    let folder = Folder::new("glut-rgb");
+    let Some(program) = compiled(&folder, "pixels.c") else { return };
+    let (_, picture) = still(&folder, &[], &[&program, "own"]);
+    for y in 0..80 {
+        for x in 0..120 {
+            let expected = if y == 79 { [9, x as u8, 0, 255] } else { [0, 0, 0, 255] };
+            assert_eq!(picture.get_pixel(x, y).unwrap(), expected, "{x},{y}");
+        }
+    }
+}
+
+#[test]
 fn parts_of_the_window_are_copied_and_drawing_with_opengl_is_told() {
     let folder = Folder::new("glut-parts");
     let Some(program) = compiled(&folder, "parts.c") else { return };

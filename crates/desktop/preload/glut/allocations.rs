@@ -53,6 +53,8 @@ struct Region {
 static TABLE: [Region; REGIONS] =
     [const { Region { start: AtomicUsize::new(0), len: AtomicUsize::new(0) } }; REGIONS];
 
+/// The thread that has called GLUT first, by the place of its errno; 0 before that.
+static THREAD: AtomicUsize = AtomicUsize::new(0);
 /// Pixels of the window; 0 before its size is known.
 static PIXELS: AtomicUsize = AtomicUsize::new(0);
 
@@ -78,10 +80,19 @@ pub fn region_of(address: usize) -> Option<(usize, usize)> {
     })
 }
 
-/// Notes the window's size. If nothing is shown yet, an allocation that fits it becomes the
+/// Returns whether the state of GLUT belongs to another thread than this one.
+fn is_foreign() -> bool {
+    let thread = THREAD.load(Ordering::Relaxed);
+    // SAFETY: a call without arguments.
+    thread != 0 && thread != unsafe { abi::__errno_location() } as usize
+}
+
+/// Notes the window's size, and the thread of GLUT. If nothing is shown yet, an allocation that fits it becomes the
 /// device's memory.
 pub fn note_window(width: u32, height: u32) {
     let pixels = width as usize * height as usize;
+    // SAFETY: a call without arguments.
+    THREAD.store(unsafe { abi::__errno_location() } as usize, Ordering::Relaxed);
     PIXELS.store(pixels, Ordering::Relaxed);
     if screen::attached().is_some() {
         return;
@@ -103,7 +114,9 @@ pub fn note_window(width: u32, height: u32) {
 fn may_be_shown(len: usize) -> bool {
     match PIXELS.load(Ordering::Relaxed) {
         0 => (LEAST..=MOST).contains(&len),
-        pixels => (pixels * 3..=(pixels * 5 + SLACK).min(MOST)).contains(&len) && len >= PAGE,
+        pixels => {
+            (pixels * 3..=(pixels * 5 + SLACK).min(MOST)).contains(&len) && len >= PAGE && !is_foreign()
+        }
     }
 }
 
@@ -139,6 +152,10 @@ fn release(memory: *mut c_void) -> bool {
     let Some(region) = TABLE.iter().find(|region| region.start.load(Ordering::Acquire) == address) else {
         return false;
     };
+    // What another thread gives back may be what is shown: it stays.
+    if is_foreign() {
+        return true;
+    }
     let len = region.len.load(Ordering::Relaxed);
     textures::keep_copies_of(address);
     screen::forget(address);

@@ -1,13 +1,23 @@
-/* glDrawPixels of a memory of three bytes a pixel that is no allocation; and all callbacks, which say their arguments. */
+/* glDrawPixels of a memory of three bytes a pixel, which is no allocation unless there is an argument: then its first
+   row alone is drawn, and changed after it was shown. And all callbacks, which say their arguments. */
 #include <GL/glut.h>
 #include <stdio.h>
 
 #define WIDTH 120
 #define HEIGHT 80
-static unsigned char image[WIDTH * HEIGHT * 3];
+static unsigned char storage[WIDTH * HEIGHT * 3], *image = storage;
 
 static void display(void)
 {
+    if (image != storage) {
+        for (int x = 0; x < WIDTH; x++)
+            image[3 * x + 1] = x;
+        glRasterPos2i(-1, -1);
+        glDrawPixels(WIDTH, HEIGHT, GL_RGB, GL_UNSIGNED_BYTE, image);
+        for (int x = 0; x < WIDTH; x++)
+            image[3 * x] = 9;
+        return;
+    }
     for (int y = 0; y < HEIGHT; y++)
         for (int x = 0; x < WIDTH; x++) {
             unsigned char *pixel = image + 3 * (y * WIDTH + x);
@@ -38,6 +48,8 @@ int main(int argc, char **argv)
     glutInit(&argc, argv);
     glutInitWindowSize(WIDTH, HEIGHT);
     glutCreateWindow("pixels");
+    if (argc > 1)
+        image = calloc(WIDTH * HEIGHT, 3);
     glutDisplayFunc(display);
     glutReshapeFunc(reshape);
     glutKeyboardFunc(keyboard);
