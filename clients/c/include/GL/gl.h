@@ -38,6 +38,8 @@ typedef void GLvoid;
 #define GL_STENCIL_BUFFER_BIT 0x00000400
 #define GL_COLOR_BUFFER_BIT 0x00004000
 
+#define GL_ZERO 0
+#define GL_ONE 1
 #define GL_NEVER 0x0200
 #define GL_LESS 0x0201
 #define GL_EQUAL 0x0202
@@ -51,6 +53,13 @@ typedef void GLvoid;
 #define GL_FRONT_AND_BACK 0x0408
 #define GL_CULL_FACE 0x0B44
 #define GL_LIGHTING 0x0B50
+#define GL_COLOR_MATERIAL 0x0B57
+#define GL_NORMALIZE 0x0BA1
+#define GL_ALPHA_TEST 0x0BC0
+#define GL_SCISSOR_TEST 0x0C11
+#define GL_POINT_SMOOTH 0x0B10
+#define GL_LINE_SMOOTH 0x0B20
+#define GL_LIGHT0 0x4000
 #define GL_DEPTH_TEST 0x0B71
 #define GL_BLEND 0x0BE2
 #define GL_DITHER 0x0BD0
