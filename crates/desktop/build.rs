@@ -3,7 +3,7 @@
 //! there is one; crates above read it as `DEP_FBPTR_PRELOAD_IS_BUILT`.
 
 use std::env;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 fn main() {
@@ -21,10 +21,23 @@ fn main() {
     {
         return;
     }
-    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it")).join("fbptr_preload.so");
+    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it"));
+    compile(&out.join("fbptr_preload.so"), &[]);
+    // The name by which the loader knows a library that a program was linked with.
+    compile(&out.join("fbptr_glut.so"), &["--cfg", "glut", "-C", "link-arg=-Wl,-soname,libglut.so.3"]);
+    println!("cargo::rustc-cfg=fbptr_preload");
+    println!("cargo::metadata=is_built=1");
+}
+
+/// Compiles the preload library, with options for one of its variants.
+fn compile(out: &Path, options: &[&str]) {
     let mut rustc = Command::new(env::var_os("RUSTC").expect("cargo sets it"));
     rustc.args(["--edition", "2024", "--crate-type", "cdylib", "--crate-name", "fbptr_preload"]);
-    rustc.args(["--target", &set("TARGET"), "preload/lib.rs", "-o"]).arg(&out);
+    let target = env::var("TARGET").unwrap_or_default();
+    rustc
+        .args(["--target", &target, "--check-cfg", "cfg(glut)", "preload/lib.rs", "-o"])
+        .arg(out)
+        .args(options);
     // All of `core` is optimized with it, which leaves 110 kB and no symbol of Rust's runtime.
     for option in ["panic=abort", "opt-level=2", "lto=fat", "codegen-units=1", "debuginfo=0", "strip=symbols"]
     {
@@ -37,6 +50,4 @@ fn main() {
     }
     let status = rustc.status().expect("rustc starts");
     assert!(status.success(), "the preload library does not compile: {status}");
-    println!("cargo::rustc-cfg=fbptr_preload");
-    println!("cargo::metadata=is_built=1");
 }

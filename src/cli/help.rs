@@ -46,6 +46,16 @@ const EXAMPLES: &[(&str, &str)] = &[
   fbptr run --headless --crt=files --snap tube.png -- ./my-gui",
     ),
     (
+        "mygl",
+        "  fbptr mygl student
+  fbptr mygl student --headless --after still --snap out.png -- model.obj",
+    ),
+    (
+        "config",
+        "  g++ main.cpp $(fbptr config --cflags --libs) && fbptr run -- ./a.out
+  eval \"$(fbptr config --env)\" && make && fbptr run -- ./student",
+    ),
+    (
         "render",
         "  fbptr render scene.x3d -o scene.png --size 1280x720 --explain
   fbptr render model.obj -o model.png --shade gouraud --depth-out model.pfm

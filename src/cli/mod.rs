@@ -20,6 +20,7 @@ mod magic;
 mod main_thread;
 mod mesh_args;
 mod movie;
+mod mygl;
 mod output;
 mod play;
 mod playground;
@@ -74,8 +75,12 @@ enum Task {
     Report(report::ReportArgs),
     /// Serve a video memory to other programs, in a window or without one
     Serve(serve::Serve),
-    /// Run a program that draws on /dev/fb0, in a window or without one
-    Run(run::Run),
+    /// Run a program that draws on /dev/fb0 or shows a picture by GLUT, in a window or without one
+    Run(run::RunProgram),
+    /// Compile a program that shows a memory of its own by GLUT, and run it
+    Mygl(mygl::Mygl),
+    /// Print the options that compile a program of GLUT without GL
+    Config(mygl::config::Config),
     /// Render a scene file to a picture, or to a movie
     Render(render::Render),
     /// Verify frames that were drawn in parts, and join them
@@ -127,6 +132,8 @@ pub fn main() -> ExitCode {
         Task::Report(report) => report.run(),
         Task::Serve(serve) => main_thread::beside(|| output::ended(serve.run())),
         Task::Run(run) => main_thread::beside(|| output::ended(run.run())),
+        Task::Mygl(mygl) => main_thread::beside(|| output::ended(mygl.run())),
+        Task::Config(config) => config.run(),
         Task::Render(render) => render.run(),
         Task::Batch(batch) => batch.run(),
         Task::View(view) => view.run(),

@@ -1,6 +1,7 @@
 //! Tests of the decoder. Verified: a cut loses no command, an error leaves the stream in step, a
 //! malformed command does nothing, and each verb is read as documented.
 
+mod c_client;
 mod cuts;
 mod dictionary;
 mod framing;

@@ -1,5 +1,6 @@
 //! Tests of the server over real sockets, as its clients see it.
 
+mod c_client;
 mod crowd;
 mod descriptors;
 mod display;

@@ -5,6 +5,10 @@
 
 /// Bytes of a file that [`check`] begins with.
 pub const HEAD_BYTES: usize = 256;
+/// Most entries of a program's dynamic section that are read.
+const MAX_ENTRIES: u64 = 1024;
+/// Most bytes of a library's name.
+const NAME_BYTES: usize = 64;
 /// Most bytes of a loader's path.
 const LOADER_BYTES: usize = 256;
 /// Machine number of ELF files.
@@ -25,11 +29,14 @@ pub enum Unserved {
     Musl = 3,
     /// Runs with the rights of another user.
     Rights = 4,
+    /// Not a program but a call of one: it draws with OpenGL itself.
+    Geometry = 5,
 }
 
 impl Unserved {
     /// All reasons.
-    pub const ALL: [Unserved; 4] = [Unserved::Machine, Unserved::Static, Unserved::Musl, Unserved::Rights];
+    pub const ALL: [Unserved; 5] =
+        [Unserved::Machine, Unserved::Static, Unserved::Musl, Unserved::Rights, Unserved::Geometry];
 
     /// Returns the reason in words.
     pub fn reason(self) -> &'static str {
@@ -44,6 +51,10 @@ impl Unserved {
             Unserved::Rights => {
                 "runs with the rights of another user (set-user-ID or capabilities), so the system lets no library \
                  be preloaded: it cannot be served"
+            }
+            Unserved::Geometry => {
+                "draws with OpenGL itself, which is not served: one picture is, by glDrawPixels or on a textured \
+                 rectangle"
             }
         }
     }
@@ -83,6 +94,58 @@ pub fn check(head: &[u8; HEAD_BYTES], mut read: impl FnMut(u64, &mut [u8]) -> bo
         }
     }
     Err(Unserved::Static)
+}
+
+/// Passes the names of the libraries that a program itself needs to `each`: `read` fills a buffer
+/// from an offset of the file and returns whether it could. Longer names than [`NAME_BYTES`] are cut
+/// off.
+pub fn each_needed(mut read: impl FnMut(u64, &mut [u8]) -> bool, mut each: impl FnMut(&[u8])) {
+    let mut head = [0; 64];
+    if !read(0, &mut head) || !is_elf(&head) || head[4] != 2 || head[5] != 1 {
+        return;
+    }
+    let long = |bytes: &[u8], at: usize| u64::from_le_bytes(core::array::from_fn(|i| bytes[at + i]));
+    let half = |at: usize| u64::from(u16::from_le_bytes([head[at], head[at + 1]]));
+    let (table, size, count) = (long(&head, 32), half(54), half(56));
+    let header = |kind: u32, index: u64, read: &mut dyn FnMut(u64, &mut [u8]) -> bool| {
+        let mut header = [0; 56];
+        let at = table.checked_add(size.checked_mul(index)?)?;
+        (read(at, &mut header) && header[..4] == kind.to_le_bytes()).then_some(header)
+    };
+    // PT_DYNAMIC
+    let Some(dynamic) = (0..count).find_map(|i| header(2, i, &mut read)) else { return };
+    let entries = (long(&dynamic, 32) / 16).min(MAX_ENTRIES);
+    let entry = |i: u64, read: &mut dyn FnMut(u64, &mut [u8]) -> bool| {
+        let mut entry = [0; 16];
+        let at = long(&dynamic, 8).checked_add(i * 16)?;
+        read(at, &mut entry).then(|| (long(&entry, 0), long(&entry, 8)))
+    };
+    // DT_STRTAB: an address, whose place in the file a segment says (PT_LOAD).
+    let Some((_, strings)) = (0..entries).find_map(|i| entry(i, &mut read).filter(|(tag, _)| *tag == 5))
+    else {
+        return;
+    };
+    let in_file = |load: [u8; 56]| {
+        let (offset, address, len) = (long(&load, 8), long(&load, 16), long(&load, 32));
+        strings.checked_sub(address).filter(|inside| *inside < len)?.checked_add(offset)
+    };
+    let Some(strings) = (0..count).find_map(|i| in_file(header(1, i, &mut read)?)) else { return };
+    for i in 0..entries {
+        // DT_NULL ends the list, DT_NEEDED is a name.
+        match entry(i, &mut read) {
+            Some((1, at)) => {
+                let mut name = [0; NAME_BYTES];
+                // A name that ends with the file is read byte by byte.
+                let start = strings.saturating_add(at);
+                if !read(start, &mut name) {
+                    (0..NAME_BYTES).for_each(|i| _ = read(start.saturating_add(i as u64), &mut name[i..=i]));
+                }
+                each(name.split(|byte| *byte == 0).next().unwrap_or_default());
+            }
+            Some((0, _)) | None => return,
+            Some(_) => {}
+        }
+    }
 }
 
 /// Returns the interpreter that a script's first line names, from the text after `#!`.

@@ -63,8 +63,24 @@ pub const POINTER_AT: usize = 100;
 pub const TOLD_AT: usize = 108;
 /// Number of times that a file of `/sys/class/graphics/fb0` was opened for writing.
 pub const WRITERS_AT: usize = 112;
+/// Set if the first row of the memory is the lowest of the picture.
+pub const FLIPPED_AT: usize = 116;
+/// Set if [`OUTSIDE_AT`] counts some of the stores only.
+pub const OUTSIDE_IS_LEAST_AT: usize = 120;
 /// First visible pixel of the virtual screen: xoffset in the low half, yoffset in the high half.
 pub const PAN_AT: usize = 128;
+/// Width and height of the window that a program of GLUT has made, two words; 0 before that.
+pub const WINDOW_AT: usize = 136;
+/// Bytes that such a program has stored outside of its video memory: 64 bits.
+pub const OUTSIDE_AT: usize = 144;
+/// Place of the first of them in bytes from the memory's start: 64 bits with a sign.
+pub const OUTSIDE_FIRST_AT: usize = 152;
+/// Bytes of the program's allocation that are the video memory; 0 if none is: 64 bits.
+pub const DIRECT_BYTES_AT: usize = 160;
+/// Set while callbacks of a program of GLUT run: its picture may be half of one.
+pub const IS_DRAWING_AT: usize = 168;
+/// Set if such a program is to wait for a vertical blank when its callbacks have returned.
+pub const IS_PAUSE_WANTED_AT: usize = 172;
 /// The mode's slots.
 pub const MODES_AT: usize = 256;
 /// Number of slots.

@@ -12,7 +12,8 @@
 //! descriptors is kept: a descriptor is known by its inode. The input devices are sockets, known by
 //! the name of their other end.
 //!
-//! Only the C library is linked. `build.rs` compiles this file, and `fbptr` carries the result.
+//! Only the C library is linked. `build.rs` compiles this file twice, and `fbptr` carries both: the
+//! second one (cfg `glut`) also stands for GLUT and OpenGL, for programs that show one picture.
 #![no_std]
 #![deny(unsafe_op_in_unsafe_fn)]
 
@@ -26,6 +27,8 @@ mod evdev;
 mod exec;
 mod folders;
 mod framebuffer;
+#[cfg(glut)]
+mod glut;
 mod hooks;
 #[allow(dead_code)]
 mod keys;

@@ -17,6 +17,12 @@ impl FrameSize {
     pub const DEFAULT: FrameSize = FrameSize { width: 640, height: 480 };
 }
 
+impl From<FrameSize> for (u32, u32) {
+    fn from(size: FrameSize) -> Self {
+        (size.width, size.height)
+    }
+}
+
 impl FromStr for FrameSize {
     type Err = String;
 

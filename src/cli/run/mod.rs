@@ -1,4 +1,5 @@
-//! `fbptr run`: runs a program that draws on the Linux framebuffer device, with an emulated one.
+//! `fbptr run`: runs a program that draws on the Linux framebuffer device, with an emulated one; or
+//! one that shows a picture by GLUT, on the same device.
 //!
 //! Exit status: the program's own, 128 + n if signal n ended it; with `--expect` 0 for an equal and
 //! 1 for a different picture, and 1 if a file could not be written; 0 if `--after` ended the
@@ -9,6 +10,8 @@
 mod after;
 #[cfg(fbptr_preload)]
 mod family;
+#[cfg(fbptr_preload)]
+mod glut;
 #[cfg(fbptr_preload)]
 mod input;
 #[cfg(fbptr_preload)]
@@ -36,6 +39,16 @@ use std::path::PathBuf;
 pub(super) use spawn::started;
 
 /// Run a program that draws on /dev/fb0.
+#[derive(Debug, Args)]
+pub struct RunProgram {
+    #[command(flatten)]
+    run: Run,
+    /// The program and its arguments, after --
+    #[arg(last = true, required = true, value_name = "PROGRAM ARGS")]
+    program: Vec<OsString>,
+}
+
+/// How a program is run.
 #[derive(Debug, Args)]
 pub struct Run {
     /// The frame's size, and the largest mode of the framebuffer
@@ -88,6 +101,14 @@ pub struct Run {
     /// Let --serve and --web take addresses that other machines reach
     #[arg(long)]
     allow_remote: bool,
+    /// Keep the fourth byte of 32-bit pixels as the picture's alpha; without it, pictures of formats
+    /// that do not say otherwise, and of programs of GLUT, are opaque
+    #[arg(long)]
+    alpha: bool,
+    /// The program is one that starts another one which is linked with GLUT, as a debugger or make
+    /// does; by default the program itself is looked at
+    #[arg(long)]
+    glut: bool,
     /// Leave what the program started in a session of its own (daemons) alive at the end; by
     /// default nothing of a run outlives it
     #[arg(long)]
@@ -101,9 +122,13 @@ pub struct Run {
     crt: CrtArgs,
     #[command(flatten)]
     movie: MovieArgs,
-    /// The program and its arguments, after --
-    #[arg(last = true, required = true, value_name = "PROGRAM ARGS")]
+    /// The program and its arguments
+    #[arg(skip)]
     program: Vec<OsString>,
+    /// The folder that it runs in, if that is another one
+    #[arg(skip)]
+    #[cfg_attr(not(fbptr_preload), expect(dead_code, reason = "no program runs"))]
+    folder: Option<PathBuf>,
 }
 
 /// Reason for which nothing is run, and the exit status.
@@ -114,9 +139,28 @@ struct Refusal {
     message: String,
 }
 
-impl Run {
+impl RunProgram {
     /// Runs the program to its end.
     pub(super) fn run(self) -> Status {
+        Run { program: self.program, ..self.run }.start()
+    }
+}
+
+/// Returns whether a file is a program that is linked with GLUT.
+#[cfg(fbptr_preload)]
+pub(super) fn is_glut_program(path: &std::path::Path) -> bool {
+    !glut::names(path).is_empty()
+}
+
+impl Run {
+    /// Runs a program in a folder to its end. Pictures and other files are named from the folder
+    /// that `fbptr` was started in.
+    pub(super) fn run_in(self, folder: &std::path::Path, program: OsString, words: Vec<OsString>) -> Status {
+        let program = std::iter::once(program).chain(words).collect();
+        Run { program, folder: Some(folder.to_owned()), ..self }.start()
+    }
+
+    fn start(self) -> Status {
         #[cfg(fbptr_preload)]
         match session::run(&self) {
             Ok(status) => status,

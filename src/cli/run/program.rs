@@ -131,4 +131,31 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn the_libraries_of_a_program_are_listed_and_broken_lists_do_no_harm() {
+        let whole = std::fs::read("/bin/sh").unwrap();
+        let list = |bytes: &[u8]| {
+            let mut names = Vec::new();
+            let read = |at: u64, to: &mut [u8]| {
+                let from = usize::try_from(at).ok().and_then(|at| bytes.get(at..at.checked_add(to.len())?));
+                from.map(|from| to.copy_from_slice(from)).is_some()
+            };
+            elf::each_needed(read, |name| names.push(String::from_utf8_lossy(name).into_owned()));
+            names
+        };
+        assert!(list(&whole).iter().any(|name| name.starts_with("libc.so")), "{:?}", list(&whole));
+        assert_eq!(list(b"#!/bin/sh"), Vec::<String>::new());
+        let mut broken = whole.clone();
+        for at in 0..1024.min(whole.len()) {
+            for value in [0, 0x7f, 0xff] {
+                broken[at] = value;
+                list(&broken);
+                broken[at] = whole[at];
+            }
+        }
+        for len in (0..whole.len()).step_by(997) {
+            list(&whole[..len]);
+        }
+    }
 }

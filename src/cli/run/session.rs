@@ -9,6 +9,7 @@ use super::super::movie::{Clock, MovieWriter, Sampler};
 use super::super::{FrameSize, Status, say_as_program, signals};
 use super::after::{After, Countdown};
 use super::family::{self, Members, PATIENCE};
+use super::glut::{self, Libraries};
 use super::input::Input;
 use super::picture::Pictures;
 use super::spawn::{self, Leash, Started, Terminals};
@@ -23,6 +24,14 @@ use std::process::{Child, ExitStatus};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
+
+/// Largest window that a program of GLUT may make, in pixels.
+const LARGEST_WINDOW: (u32, u32) = (4096, 4096);
+/// Time between two looks whether a program has made its window.
+const WINDOW_LOOK: Duration = Duration::from_millis(2);
+
+/// Time that a program has to finish a picture that is due.
+const HALF_PATIENCE: Duration = Duration::from_secs(2);
 
 /// Reason for the end of a run.
 enum Ending {
@@ -56,6 +65,8 @@ struct Shared {
     input: Mutex<Input>,
     /// Set while input is replayed.
     is_replayed: AtomicBool,
+    /// When the picture of `--after` was due that was half of one.
+    due: Mutex<Option<Instant>>,
     /// Until the moment of `--after`.
     countdown: Mutex<Option<Countdown>>,
     has_ended: AtomicBool,
@@ -71,29 +82,35 @@ pub fn run(args: &Run) -> Result<Status, Refusal> {
     }
     let after = args.after.as_deref().map(str::parse::<After>).transpose().map_err(refuse)?;
     let program = spawn::find(&args.program)?;
-    let FrameSize { width, height } = args.size.unwrap_or(FrameSize::DEFAULT);
-    let format = Format::index(&args.format).ok_or_else(|| {
-        let names: Vec<&str> = crate::fbdev::FORMATS.iter().map(|f| f.name).collect();
-        refuse(format!("--format: {} is expected, not {:?}", names.join(", "), args.format))
-    })?;
+    let mut names = glut::names(&program);
+    if args.glut {
+        names.extend(glut::usual());
+    }
+    let device = device(args, !names.is_empty())?;
+    let terminals = Terminals::open(args.size.unwrap_or(FrameSize::DEFAULT).into())
+        .map_err(|e| refuse(format!("no terminal: {e}")))?;
+    device.set_terminals(terminals.numbers());
+    let console = terminals.path().to_owned();
+    let spawn = |device: &Device, libraries: Option<&Libraries>| {
+        let folder = args.folder.as_deref();
+        spawn::spawn(&program, &args.program, device, &console, libraries, folder, args.leave_daemons)
+            .map_err(|e| Refusal { status: 126, message: format!("{}: {e}", program.display()) })
+    };
+    let libraries = (!names.is_empty()).then(|| Libraries::new(&names, &device.library_path())).transpose();
+    let libraries = libraries.map_err(|e| refuse(format!("no folder of libraries: {e}")))?;
+    // The frame is of the size of the window that a program of GLUT makes.
+    let mut early = libraries.as_ref().map(|libraries| spawn(&device, Some(libraries))).transpose()?;
+    let (width, height) = match &mut early {
+        Some(started) => window_size(args, &device, started),
+        None => args.size.unwrap_or(FrameSize::DEFAULT).into(),
+    };
     let limits = Limits::default().for_frame(width, height);
     let mut engine = Engine::with_limits(width, height, limits).map_err(|e| refuse(e.message))?;
-    let no_device = |e: std::io::Error| refuse(format!("no framebuffer device: {e}"));
-    let device = Device::new(&DeviceOptions {
-        size: (width, height),
-        format,
-        hz: args.hz,
-        line_length: args.line_length,
-    })
-    .map_err(no_device)?;
     let outlets = outlets(args, &mut engine).map_err(refuse)?;
     let mut web = args.web.prepare(args.allow_remote).map_err(refuse)?;
     web.iter_mut().for_each(|web| web.attach(&mut engine));
     let server = serve(args, engine).map_err(refuse)?;
     let _page = web.map(|web| web.serve(&server)).transpose().map_err(refuse)?;
-    let terminals = Terminals::open((width, height)).map_err(|e| refuse(format!("no terminal: {e}")))?;
-    device.set_terminals(terminals.numbers());
-    let console = terminals.path().to_owned();
     let (endings, ending) = bounded(8);
     let told = endings.clone();
     signals::watch(move || _ = told.try_send(Ending::Signal)).map_err(refuse)?;
@@ -106,15 +123,57 @@ pub fn run(args: &Run) -> Result<Status, Refusal> {
         is_verbose: args.verbose,
         told: Mutex::default(),
         is_replayed: AtomicBool::new(false),
+        due: Mutex::default(),
         countdown: Mutex::new(after.map(|after| Countdown::new(after, Instant::now()))),
         has_ended: AtomicBool::new(false),
     };
     let shared = Arc::new(shared);
     // The black frame before the program is none of its frames.
-    shared.blank(|_| false);
-    let started = spawn::spawn(&program, &args.program, &shared.device, &console, args.leave_daemons)
-        .map_err(|e| Refusal { status: 126, message: format!("{}: {e}", program.display()) })?;
+    shared.blank(|_, _| false);
+    let started = match early {
+        Some(started) => started,
+        None => spawn(&shared.device, None)?,
+    };
     Ok(shared.attend(args, started, outlets, pictures, (endings, ending)))
+}
+
+/// Makes the device: of the frame's size, or of the largest window that a program of GLUT may make.
+fn device(args: &Run, is_glut: bool) -> Result<Device, Refusal> {
+    let refuse = |message: String| Refusal { status: 2, message };
+    let name = match (is_glut, args.alpha) {
+        (true, true) => "rgba".to_owned(),
+        (true, false) => "rgbx".to_owned(),
+        (false, true) if args.format.len() == 4 => args.format.replace('x', "a"),
+        (false, _) => args.format.clone(),
+    };
+    let format = Format::index(&name).ok_or_else(|| {
+        let names: Vec<&str> = crate::fbdev::FORMATS.iter().map(|f| f.name).collect();
+        refuse(format!("--format: {} is expected, not {:?}", names.join(", "), args.format))
+    })?;
+    let size = if is_glut { LARGEST_WINDOW } else { args.size.unwrap_or(FrameSize::DEFAULT).into() };
+    let line_length = if is_glut { 0 } else { args.line_length };
+    Device::new(&DeviceOptions { size, format, hz: args.hz, line_length, is_glut })
+        .map_err(|e| refuse(format!("no framebuffer device: {e}")))
+}
+
+/// Waits until a program of GLUT has made its window or has ended. Returns the frame's size: that of
+/// `--size`, if the window fits into it.
+fn window_size(args: &Run, device: &Device, started: &mut Started) -> (u32, u32) {
+    let window = loop {
+        match device.window() {
+            Some(window) => break Some(window),
+            None if !matches!(started.child.try_wait(), Ok(None)) => break None,
+            None => std::thread::sleep(WINDOW_LOOK),
+        }
+    };
+    let wanted: Option<(u32, u32)> = args.size.map(Into::into);
+    match (window, wanted) {
+        (Some(window), Some(wanted)) if window.0 > wanted.0 || window.1 > wanted.1 => {
+            say_as_program(format_args!("--size: the program's window has {}x{} pixels", window.0, window.1));
+            window
+        }
+        (window, wanted) => wanted.or(window).unwrap_or(FrameSize::DEFAULT.into()),
+    }
 }
 
 /// Connects the engine to the window's display and the movie, where there are any.
@@ -187,6 +246,9 @@ impl Shared {
         let picture = picture.or_else(|| self.last_picture());
         self.device.end();
         self.tell_refused();
+        if let Some(line) = self.device.stores_outside() {
+            say_as_program(line);
+        }
         self.warn(&pictures);
         finish(outlets, &pictures, picture.as_deref(), status)
     }
@@ -237,7 +299,7 @@ impl Shared {
             }
             self.device.take_attributes();
             let shared = self.clone();
-            let decide = move |is_changed| shared.has_come(is_changed);
+            let decide = move |is_changed, is_half| shared.has_come(is_changed, is_half);
             let Some((is_changed, picture)) = self.blank(decide) else { return };
             let is_replayed = self.lock_input().pass_on(&self.device, is_changed, Instant::now());
             self.is_replayed.store(is_replayed, Ordering::Release);
@@ -256,13 +318,19 @@ impl Shared {
         self.input.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns whether the moment of `--after` has come, once.
-    fn has_come(&self, is_changed: bool) -> bool {
+    /// Returns whether the moment of `--after` has come, once. It comes later for a picture that is
+    /// half of one, unless its program draws on and on.
+    fn has_come(&self, is_changed: bool, is_half: bool) -> bool {
         let mut countdown = self.countdown.lock().unwrap_or_else(PoisonError::into_inner);
         // Before the device is open, the frame is nobody's.
         let is_changed = is_changed && self.device.opens() > 0;
         let is_replayed = self.is_replayed.load(Ordering::Acquire);
         let has_come = countdown.as_mut().is_some_and(|c| c.note(is_changed, is_replayed, Instant::now()));
+        let mut due = self.due.lock().unwrap_or_else(PoisonError::into_inner);
+        if has_come && is_half && due.get_or_insert_with(Instant::now).elapsed() < HALF_PATIENCE {
+            self.device.ask_for_pause();
+            return false;
+        }
         if has_come {
             *countdown = None;
         }
@@ -270,19 +338,21 @@ impl Shared {
     }
 
     /// One vertical blank: the render thread converts what has changed. Returns whether anything
-    /// has, and the picture if `decide` wants it. `None` if the render thread has ended.
+    /// has, and the picture if `decide` wants it, which is told whether anything has changed and
+    /// whether the program was drawing. `None` if the render thread has ended.
     fn blank(
         self: &Arc<Self>,
-        decide: impl FnOnce(bool) -> bool + Send + 'static,
+        decide: impl FnOnce(bool, bool) -> bool + Send + 'static,
     ) -> Option<(bool, Option<Box<VideoMemory>>)> {
         let (done, outcome) = bounded(1);
         let shared = self.clone();
         self.server.thread().run_between(move |engine| {
             let mut scan_out = shared.scan_out.lock().unwrap_or_else(PoisonError::into_inner);
+            let is_half = shared.device.is_drawing();
             let is_changed =
                 engine.write_frame(|memory| scan_out.update(&shared.device, memory)).unwrap_or(false);
             shared.device.vsync();
-            let picture = decide(is_changed).then(|| Box::new(engine.memory().clone()));
+            let picture = decide(is_changed, is_half).then(|| Box::new(engine.memory().clone()));
             // Without a receiver the run has ended.
             let _ = done.send((is_changed, picture));
         });
@@ -291,13 +361,15 @@ impl Shared {
 
     /// Returns the frame after the program's end.
     fn last_picture(self: &Arc<Self>) -> Option<Box<VideoMemory>> {
-        self.blank(|_| true).and_then(|(_, picture)| picture)
+        self.blank(|_, _| true).and_then(|(_, picture)| picture)
     }
 
     /// Says why there is no picture, where one was asked for.
     fn warn(&self, pictures: &Pictures) {
         if self.device.loads() == 0 {
             say_as_program("the program has not loaded the preload library, so it had no framebuffer");
+        } else if pictures.are_wanted() && self.device.opens() == 0 && self.device.window().is_some() {
+            say_as_program("the program has shown no picture of its own: the picture is black");
         } else if pictures.are_wanted() && self.device.opens() == 0 {
             say_as_program("the program has not opened /dev/fb0: the picture is black");
         }

@@ -6,6 +6,7 @@
 
 use super::super::{Status, say_as_program};
 use super::family::{self, Members, MemoryFile};
+use super::glut::{self, Libraries};
 use super::program;
 use crate::fbdev::{Device, ENVIRONMENT, TERMINALS};
 use crossbeam_channel::{Receiver, bounded};
@@ -31,6 +32,8 @@ use std::time::{Duration, Instant};
 const STARTER: &str = "fbptr-run-starter";
 /// Environment variable that names the preload library to the starter.
 const LIBRARY: &str = "FBPTR_RUN_LIBRARY";
+/// Environment variable that names a folder which the starter removes at the end.
+const FOLDER: &str = "FBPTR_RUN_FOLDER";
 /// Word that tells the starter to leave daemons alive.
 const LEAVE: &str = "leave-daemons";
 /// Time between two looks at children that draw after the program's own end.
@@ -149,7 +152,15 @@ pub struct Leash {
     reader: PipeReader,
 }
 
-/// Starts a program; `leaves_daemons` if processes that made a session of their own are not ended
+/// Returns the value of a variable that lists paths, with another one before it.
+fn before(first: impl Into<OsString>, variable: &str) -> OsString {
+    match std::env::var_os(variable).filter(|others| !others.is_empty()) {
+        Some(others) => [first.into(), others].join(OsStr::new(":")),
+        None => first.into(),
+    }
+}
+
+/// Starts a program, in a folder, whose loader looks into that of `libraries` first; `leaves_daemons` if processes that made a session of their own are not ended
 /// with it.
 ///
 /// # Errors
@@ -159,6 +170,8 @@ pub fn spawn(
     words: &[OsString],
     device: &Device,
     terminal: &Path,
+    libraries: Option<&Libraries>,
+    folder: Option<&Path>,
     leaves_daemons: bool,
 ) -> io::Result<Started> {
     let (name, value) = device.environment()?;
@@ -170,6 +183,12 @@ pub fn spawn(
     command.arg0(STARTER).arg(terminal).arg(leash.path());
     command.arg(if leaves_daemons { LEAVE } else { "" }).arg(program).args(words);
     command.env(name, value).env(LIBRARY, device.library_path());
+    folder.iter().for_each(|folder| _ = command.current_dir(folder));
+    if let Some(libraries) = libraries {
+        command
+            .env(FOLDER, libraries.path())
+            .env("LD_LIBRARY_PATH", before(libraries.path(), "LD_LIBRARY_PATH"));
+    }
     Ok(Started { child: command.spawn()?, leash })
 }
 
@@ -218,13 +237,14 @@ fn start(
         command.stdin(Stdio::from(console));
     }
     let library = std::env::var_os(LIBRARY).unwrap_or_default();
-    let preloaded = match std::env::var_os("LD_PRELOAD").filter(|others| !others.is_empty()) {
-        Some(others) => [library, others].join(OsStr::new(":")),
-        None => library,
-    };
-    let child = command.env("LD_PRELOAD", preloaded).env_remove(LIBRARY).spawn()?;
+    let preloaded = before(library, "LD_PRELOAD");
+    let child = command.env("LD_PRELOAD", preloaded).env_remove(LIBRARY).env_remove(FOLDER).spawn();
     let members = if leaves_daemons { Members::Session(getpid()) } else { Members::All };
-    attend(Pid::from_child(&child), leash, members)
+    let status = child.and_then(|child| attend(Pid::from_child(&child), leash, members));
+    if let Some(folder) = std::env::var_os(FOLDER) {
+        glut::remove(folder.as_ref());
+    }
+    status
 }
 
 /// Processes that the starter waits for.

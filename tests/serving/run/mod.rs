@@ -4,6 +4,7 @@ mod console;
 mod demos;
 mod device;
 mod endings;
+mod glut;
 mod input;
 mod packages;
 mod places;

@@ -12,10 +12,13 @@ use rustix::thread::futex;
 use std::fs::File;
 use std::io::{self, Write};
 use std::os::fd::{AsFd, AsRawFd};
+use std::os::unix::fs::FileExt;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// The compiled preload library.
 const LIBRARY: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/fbptr_preload.so"));
+/// Its variant that also stands for GLUT and OpenGL.
+pub const GLUT_LIBRARY: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/fbptr_glut.so"));
 
 /// Screens' worth of memory that a device has: two more than are visible, for page flipping.
 const SCREENS: u64 = 3;
@@ -31,6 +34,8 @@ pub struct DeviceOptions {
     pub hz: u32,
     /// Bytes of a row where its pixels need less; 0 for rows without padding.
     pub line_length: u32,
+    /// The program is linked with GLUT, and draws in one screen of its window's size.
+    pub is_glut: bool,
 }
 
 /// A framebuffer device.
@@ -53,7 +58,8 @@ impl Device {
         let (width, height) = options.size;
         let least_line = options.line_length.next_multiple_of(4);
         let line = (u64::from(width) * 4).max(least_line.into());
-        let bytes = (line * u64::from(height) * SCREENS).next_multiple_of(4096);
+        let screens = if options.is_glut { 1 } else { SCREENS };
+        let bytes = (line * u64::from(height) * screens).next_multiple_of(4096);
         let smem_len = u32::try_from(bytes).map_err(|_| {
             io::Error::other(format!("{width}x{height} pixels need {bytes} bytes, more than 4 GiB"))
         })?;
@@ -61,7 +67,7 @@ impl Device {
         let limits = DeviceLimits { width, height, smem_len, hz: options.hz, format, least_line };
         let control = DeviceMemory::new("fbptr-control", at::CONTROL_BYTES)?;
         let mut library = File::from(memfd_create("fbptr-preload", MemfdFlags::CLOEXEC)?);
-        library.write_all(LIBRARY)?;
+        library.write_all(if options.is_glut { GLUT_LIBRARY } else { LIBRARY })?;
         let attributes = WRITABLE.iter().map(|name| sysfs::attribute(name)).collect::<io::Result<_>>()?;
         let memory = DeviceMemory::new("fbptr-fb0", bytes as usize)?;
         let device = Device { memory, control, library, attributes, limits };
@@ -204,6 +210,51 @@ impl Device {
         self.word(at::OPENS_AT)
     }
 
+    /// Returns the size in pixels of the window that a program of GLUT has made; `None` before that.
+    pub fn window(&self) -> Option<(u32, u32)> {
+        let width = self.word(at::WINDOW_AT);
+        (width != 0).then(|| (width, self.word(at::WINDOW_AT + 4)))
+    }
+
+    /// Returns whether callbacks of a program of GLUT run, so that its picture may be half of one.
+    pub fn is_drawing(&self) -> bool {
+        self.word(at::IS_DRAWING_AT) != 0
+    }
+
+    /// Lets such a program wait for a vertical blank when they have returned.
+    pub fn ask_for_pause(&self) {
+        self.set_word(at::IS_PAUSE_WANTED_AT, 1);
+    }
+
+    /// Returns a line about stores outside of the video memory of a program of GLUT, if there were
+    /// any. Bytes between the memory's end and that of its last page are not watched: those that
+    /// are not zero count.
+    pub fn stores_outside(&self) -> Option<String> {
+        let mut bytes = self.long(at::OUTSIDE_AT);
+        let mut first = self.long(at::OUTSIDE_FIRST_AT) as i64;
+        let len = (self.long(at::DIRECT_BYTES_AT) as usize).min(self.memory.len_bytes());
+        let mut rest = vec![0; len.next_multiple_of(4096).min(self.memory.len_bytes()) - len];
+        // A memory that cannot be read has had no stores.
+        let is_read = self.memory.file().read_exact_at(&mut rest, len as u64).is_ok();
+        let stored: Vec<usize> = (0..rest.len()).filter(|i| is_read && rest[*i] != 0).collect();
+        if let Some(place) = stored.first() {
+            let place = (len + place) as i64;
+            first = if bytes == 0 || (0..first).contains(&place) { place } else { first };
+            bytes += stored.len() as u64;
+        }
+        let (_, var) = self.mode();
+        let line = i64::from(self.limits.line_length(&var)).max(1);
+        let pixel = i64::from(var.bits_per_pixel / 8).max(1);
+        let least = if self.word(at::OUTSIDE_IS_LEAST_AT) == 0 { "" } else { "at least " };
+        let unit = if bytes == 1 { "byte" } else { "bytes" };
+        let (x, y) = (first.rem_euclid(line) / pixel, first.div_euclid(line));
+        (bytes > 0).then(|| {
+            format!(
+                "{least}{bytes} {unit} stored outside the video memory; the first at FBptr[{first}], x = {x}, y = {y}"
+            )
+        })
+    }
+
     /// Returns the number of processes that have loaded the library.
     pub fn loads(&self) -> u32 {
         self.word(at::LOADS_AT)
@@ -303,7 +354,8 @@ mod tests {
     use super::*;
 
     fn device() -> Device {
-        Device::new(&DeviceOptions { size: (64, 40), format: 0, hz: 60, line_length: 0 }).unwrap()
+        Device::new(&DeviceOptions { size: (64, 40), format: 0, hz: 60, line_length: 0, is_glut: false })
+            .unwrap()
     }
 
     #[test]

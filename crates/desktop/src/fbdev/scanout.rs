@@ -36,6 +36,8 @@ pub struct ScanOut {
     palette_sets: Option<u32>,
     pan: (u32, u32),
     is_blank: bool,
+    /// The first row of the memory is the lowest.
+    is_flipped: bool,
     /// Colours of a row before it is enlarged.
     row: Vec<Rgba>,
 }
@@ -52,6 +54,7 @@ impl ScanOut {
             palette_sets: None,
             pan: (0, 0),
             is_blank: false,
+            is_flipped: false,
             row: Vec::new(),
         }
     }
@@ -74,12 +77,17 @@ impl ScanOut {
             return is_whole;
         }
         let is_padded = device.limits().line_length(&var) as usize != memory.stride_bytes();
-        if !self.is_shared && !is_padded && is_same(&var, format, pan, memory) {
+        let is_flipped = device.word(at::FLIPPED_AT) != 0;
+        is_whole |= std::mem::replace(&mut self.is_flipped, is_flipped) != is_flipped;
+        if !self.is_shared && !is_padded && !is_flipped && is_same(&var, format, pan, memory) {
             self.copy = Vec::new();
             return take_bytes(device, memory, is_whole);
         }
         // A change of the mode or of the visible part has led here: all rows are converted.
-        self.copy.resize(device.memory().len_bytes(), 0);
+        // A device may have room for more rows than any mode that is set.
+        let rows = u64::from(pan.1.saturating_add(var.yres)) * u64::from(device.limits().line_length(&var));
+        let len = device.memory().len_bytes();
+        self.copy.resize(len.min(usize::try_from(rows).unwrap_or(len).next_multiple_of(4096)), 0);
         self.take_rows(device, memory, &var, format, is_whole)
     }
 
@@ -122,7 +130,8 @@ impl ScanOut {
         let line_length = device.limits().line_length(var);
         let mut is_changed = false;
         for y in 0..var.yres {
-            let Some(line) = visible_bytes(var, format.bits, line_length, self.pan, y, self.copy.len())
+            let row = if self.is_flipped { var.yres - 1 - y } else { y };
+            let Some(line) = visible_bytes(var, format.bits, line_length, self.pan, row, self.copy.len())
             else {
                 continue;
             };
@@ -287,7 +296,8 @@ mod tests {
     impl Bench {
         fn new(format: &str, size: (u32, u32)) -> Bench {
             let format = Format::index(format).unwrap();
-            let device = Device::new(&DeviceOptions { size, format, hz: 60, line_length: 0 }).unwrap();
+            let device =
+                Device::new(&DeviceOptions { size, format, hz: 60, line_length: 0, is_glut: false }).unwrap();
             let mut memory = VideoMemory::new(size.0, size.1).unwrap();
             memory.take_damage();
             Bench { scan: ScanOut::new(true), device, memory }
@@ -486,6 +496,25 @@ mod tests {
         assert_eq!([0, 128, 129, 0xff7f, 0xff80, 0xffff].map(narrow), [0, 0, 1, 254, 255, 255]);
         // Every eight-bit value that is repeated in both bytes comes back.
         assert!((0..=255u16).all(|v| u16::from(narrow(v << 8 | v)) == v));
+    }
+
+    #[test]
+    fn the_first_row_is_the_lowest_where_the_program_says_so() {
+        for format in ["rgba", "rgbx", "rgb24"] {
+            let mut bench = Bench::new(format, (16, 10));
+            bench.scan.is_shared = false;
+            bench.write(0, &[1, 2, 3, 255]);
+            bench.update();
+            assert_eq!(bench.pixel(0, 0), [1, 2, 3, 255], "{format}");
+            bench.device.set_word(at::FLIPPED_AT, 1);
+            assert_eq!(bench.update(), (true, 0..10), "{format}");
+            assert_eq!((bench.pixel(0, 9), bench.pixel(0, 0)[..3].to_vec()), ([1, 2, 3, 255], vec![0; 3]));
+            assert!(!bench.update().0, "{format}: nothing has changed");
+            let line = if format == "rgb24" { 48 } else { 64 };
+            bench.write(9 * line, &[7, 8, 9, 255]);
+            assert_eq!(bench.update(), (true, 0..1), "{format}");
+            assert_eq!(bench.pixel(0, 0), [7, 8, 9, 255], "{format}");
+        }
     }
 
     #[test]

@@ -96,7 +96,8 @@ mod tests {
     #[test]
     fn texts_are_taken_by_the_line_or_when_they_stay() {
         let device =
-            Device::new(&DeviceOptions { size: (64, 40), format: 0, hz: 60, line_length: 0 }).unwrap();
+            Device::new(&DeviceOptions { size: (64, 40), format: 0, hz: 60, line_length: 0, is_glut: false })
+                .unwrap();
         let file = |name: &str| &device.attributes[WRITABLE.iter().position(|n| *n == name).unwrap()];
         file("blank").write_all_at(b"1\n", 0).unwrap();
         device.take_attributes();
@@ -122,7 +123,8 @@ mod tests {
     #[test]
     fn numbers_are_read_as_the_kernel_does_it() {
         let device =
-            Device::new(&DeviceOptions { size: (64, 40), format: 0, hz: 60, line_length: 0 }).unwrap();
+            Device::new(&DeviceOptions { size: (64, 40), format: 0, hz: 60, line_length: 0, is_glut: false })
+                .unwrap();
         let change = |name, text: &[u8]| attributes::change(name, text, &device.mode().1, &device.limits);
         for (text, bits) in [("0x10\n", 16), ("020", 16), ("8", 8), ("32\n", 32), ("24x", 24)] {
             let found = change("bits_per_pixel", text.as_bytes());

@@ -274,7 +274,8 @@ mod tests {
     /// Devices, and a program that has opened one of them.
     fn opened(name: &str) -> (Device, InputDevices, UnixStream) {
         let device =
-            Device::new(&DeviceOptions { size: (64, 40), format: 0, hz: 60, line_length: 0 }).unwrap();
+            Device::new(&DeviceOptions { size: (64, 40), format: 0, hz: 60, line_length: 0, is_glut: false })
+                .unwrap();
         let mut inputs = InputDevices::new(&device).unwrap();
         let name = format!("fbptr-run-{}-{}/{name}", std::process::id(), device.inode().unwrap());
         let stream = UnixStream::connect_addr(&SocketAddr::from_abstract_name(name).unwrap()).unwrap();
