@@ -17,19 +17,20 @@ from .framebuffer import Framebuffer
 from .shapes import Mesh, box, cone, cylinder, faces, knot, models, obj, sphere, suzanne, teapot
 
 __all__ = [
-    "Animation", "Client", "CommandError", "CommandWarning", "Framebuffer", "Mesh", "Scene",
-    "SharedMemory", "__version__", "animate", "box", "cone", "cylinder", "faces", "knot", "models", "obj", "sphere",
+    "Animation", "Client", "CommandError", "CommandWarning", "Framebuffer", "Input", "Mesh", "Scene",
+    "SharedMemory", "__version__", "animate", "box", "cone", "cylinder", "faces", "knot", "models", "obj", "run", "sphere",
     "suzanne", "teapot",
 ]
 
 # What type checkers take for true; a program has them from `__getattr__`.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from . import animation, batch, client, errors, scene
+    from . import animation, batch, client, errors, scene, window
     from .animation import Animation, animate
     from .client import Client, SharedMemory
     from .errors import CommandError, CommandWarning
     from .scene import Scene
+    from .window import Input, run
 
 # Imported when they are first used: an import of the package takes less time than a frame is shown.
 _LATER = {
@@ -38,10 +39,12 @@ _LATER = {
     "Client": "client",
     "SharedMemory": "client",
     "Scene": "scene",
+    "Input": "window",
+    "run": "window",
     "CommandError": "errors",
     "CommandWarning": "errors",
 }
-_MODULES = ("animation", "batch", "client", "errors", "scene")
+_MODULES = ("animation", "batch", "client", "errors", "scene", "window")
 
 
 def __getattr__(name):

@@ -1,6 +1,7 @@
 """The types of the engine's own classes and functions."""
 
 import os
+from collections.abc import Callable
 from typing import Any, overload
 
 from ._types import Bytes
@@ -87,6 +88,33 @@ class Scene:
     def encoded(self, frame: int, ending: str) -> tuple[int, bytes]: ...
     def write(self, frame: int, path: str | os.PathLike[str]) -> tuple[int, int, int]: ...
 
+class Input:
+    """Keyboard, mouse and time of one frame of `fbptr.run`."""
+
+    @property
+    def delta(self) -> float:
+        """Seconds since the last frame; 0 in the first one."""
+    @property
+    def frame(self) -> int:
+        """Number of the frame, from 0."""
+    @property
+    def mouse(self) -> tuple[int, int]:
+        """Column and row under the pointer, which may be off the frame."""
+    @property
+    def buttons(self) -> tuple[bool, bool, bool]:
+        """Held buttons of the mouse: left, middle, right."""
+    @property
+    def wheel(self) -> tuple[int, int]:
+        """Steps of the wheel since the last frame: to the right, and upwards."""
+    @property
+    def text(self) -> str:
+        """Characters typed since the last frame."""
+    close: bool
+    crt: bool
+    def is_down(self, key: str) -> bool: ...
+    def was_pressed(self, key: str) -> bool: ...
+
+def run(fb: Framebuffer, draw: Callable[[Input], Any]) -> None: ...
 def write_file(path: str | os.PathLike[str], data: bytes) -> None: ...
 def remove_leftovers(folder: str | os.PathLike[str]) -> None: ...
 def model_names() -> list[str]: ...

@@ -33,6 +33,13 @@ class Framebuffer(Handy, _questions.Questions, _native.Framebuffer):
     def __repr__(self):
         return "<fbptr.Framebuffer %dx%d>" % (self.width, self.height)
 
+    def show(self) -> None:
+        """Shows the picture: in a notebook below the cell, where the next call replaces it, else in a
+        window until it is closed."""
+        from .window import show
+
+        show(self)
+
     def __reduce__(self):
         raise TypeError("a Framebuffer cannot be pickled or copied: take fb.png() or fb.read()")
 

@@ -18,6 +18,7 @@ mod paths;
 mod scene;
 mod slots;
 mod view;
+mod window;
 
 use fbptr::command::{Encoding, Reply, help_on, parse_light_color};
 use pyo3::prelude::*;
@@ -85,6 +86,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<framebuffer::Framebuffer>()?;
     module.add_class::<movie::Movie>()?;
     module.add_class::<scene::Scene>()?;
+    module.add_class::<window::Input>()?;
+    module.add_function(wrap_pyfunction!(window::run, module)?)?;
     module.add_function(wrap_pyfunction!(scene::write_file, module)?)?;
     module.add_function(wrap_pyfunction!(scene::remove_leftovers, module)?)?;
     module.add_function(wrap_pyfunction!(scene::model_names, module)?)?;

@@ -90,7 +90,8 @@ enum Format {
 /// Returns the format of a word: a file name's ending, or `model` for the built-in model `name`.
 fn format_of(word: &str, name: &str) -> PyResult<Format> {
     if word == "model" {
-        let unknown = || value_error(format!("there is no built-in model {name:?}; fbptr.models() lists them"));
+        let unknown =
+            || value_error(format!("there is no built-in model {name:?}; fbptr.models() lists them"));
         return models::named(name).map(Format::BuiltIn).ok_or_else(unknown);
     }
     let known = "x3d, x3dz, x3dv, x3dvz, wrl, wrz, gltf, glb, obj, stl, ply or json";

@@ -1,5 +1,7 @@
 """The Python of the pages runs as it is printed, and draws the pictures that it should."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -11,13 +13,13 @@ def blocks(page):
     """Returns the Python blocks of a page that begin with the import of the package."""
     parts = (ROOT / page).read_text().split("```python\n")[1:]
     programs = [part.split("```")[0] for part in parts]
-    return [program for program in programs if program.startswith("import fbptr\n")]
+    return [program for program in programs if program.startswith("import fbptr")]
 
 
 @pytest.mark.parametrize("page", ["README.md", "python/README.md"])
 def test_the_block_draws_its_picture(page, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    programs = blocks(page)
+    programs = [program for program in blocks(page) if "fbptr.run(" not in program]
     assert len(programs) == 1
     if "numpy()" in programs[0]:
         pytest.importorskip("numpy")
@@ -33,8 +35,21 @@ def test_the_block_draws_its_picture(page, tmp_path, monkeypatch, capsys):
         assert capsys.readouterr().out == "%d\n" % fb.get_pixel(320, 300)[0]
 
 
+def test_the_sketch_moves(tmp_path):
+    program = next(program for program in blocks("README.md") if "fbptr.run(" in program)
+    source, pictures = tmp_path / "sketch.py", []
+    source.write_text(program)
+    assert len(program.splitlines()) <= 12
+    for frames in "1", "30":
+        picture = tmp_path / (frames + ".png")
+        command = [sys.executable, str(source), "--headless", "--frames", frames, "--snap", str(picture)]
+        subprocess.run(command, check=True, timeout=60)
+        pictures.append(picture.read_bytes())
+    assert pictures[0] != pictures[1]
+
+
 def test_the_readme_needs_nothing_that_its_command_does_not_install():
-    program = blocks("README.md")[0]
+    program = "".join(blocks("README.md"))
     assert "pip install ./python" in (ROOT / "README.md").read_text() and "numpy" not in program
 
 

@@ -38,6 +38,10 @@ const EXCUSES: &[(&str, &str)] = &[
     ("demos/fb/plasma.c", "runs until its window is closed; tests/serving/run draws the demos"),
     ("demos/fb/pong.py", "runs until its window is closed"),
     ("--crt -- python3", "runs until its window is closed"),
+    ("fbptr mygl student  ", "runs until its window is closed; the next line does not"),
+    ("fbptr run -- ./a.out", "runs until its window is closed; tests/serving/run/glut.rs"),
+    ("config --env", "the same with a Makefile of the reader's; tests/serving/run/glut.rs"),
+    ("--glut -- gdb", "waits for the debugger's user"),
     ("#SBATCH", "a scheduler's line"),
     ("-- ./my-gui --fullscreen", "opens a window and ends with it; the same program runs in the other lines"),
     ("--keys tests/", "a file of the reader's"),
@@ -88,6 +92,9 @@ fn prepare(folder: &Path) {
     }
     for font in ["crates/core/src/draw2d/cp437.txt", "crates/core/src/draw2d/font8x8.txt"] {
         copy(font, font);
+    }
+    for name in ["include/mygl.h", "src/main.c", "src/mygl.c"] {
+        copy(&format!("tests/serving/run/glut/up/{name}"), &format!("student/{name}"));
     }
     std::fs::write(folder.join("picture.fbs"), "CIRCLE 32 24 20 gold\n").expect("writable");
     let gui = "#!/usr/bin/env python3\nwith open('/dev/fb0', 'r+b') as fb: fb.write(b'\\x40\\x80\\xff\\xff' * 4000)\n\
@@ -157,6 +164,7 @@ fn run(page: &str, number: usize, lines: &[&str]) -> (String, Option<String>) {
         .env_remove("DISPLAY")
         .env_remove("WAYLAND_DISPLAY")
         .env_remove("BLESS")
+        .env("XDG_CACHE_HOME", folder.join("cache"))
         .stdin(std::process::Stdio::null())
         .current_dir(folder)
         .output()

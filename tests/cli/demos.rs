@@ -78,7 +78,7 @@ fn gallery_file(name: &str) -> PathBuf {
 }
 
 /// The gallery: every demo, and the number of frames after which its picture is taken.
-const GALLERY: [(&str, &str); 19] = [
+const GALLERY: [(&str, &str); 25] = [
     ("memory_map", "1"),
     ("lines", "1"),
     ("triangles", "1"),
@@ -98,6 +98,12 @@ const GALLERY: [(&str, &str); 19] = [
     ("flatland", "5"),
     ("tesseract", "12"),
     ("line_room", "280"),
+    ("pong", "60"),
+    ("snake", "90"),
+    ("paint", "1"),
+    ("fountain", "120"),
+    ("plasma", "60"),
+    ("raycaster", "1"),
 ];
 
 #[test]
