@@ -124,11 +124,19 @@ fn read(
             return Ok((model.load(SMOOTHING, LoadMemory::unlimited())?, Files::new()));
         }
     };
-    let mut asked = BTreeMap::new();
+    let (mut asked, mut other_cases) = (BTreeMap::new(), Vec::new());
     let mut opener = |name: &str| {
         let found = match &mut beside {
             Beside::Given(files) => files.get(name).cloned().flatten(),
-            Beside::Folder(folder) => folder.as_ref().and_then(|folder| folder.read(name, MAX_BYTES).ok()),
+            Beside::Folder(folder) => folder.as_ref().and_then(|folder| {
+                let read = |name: &str| folder.read(name, MAX_BYTES).ok();
+                read(name).or_else(|| {
+                    let other = folder.other_case(name)?;
+                    let bytes = read(&other)?;
+                    other_cases.push(format!("there is no {name:?}: {other:?} is read"));
+                    Some(bytes)
+                })
+            }),
         };
         asked.insert(name.to_owned(), found.clone());
         found
@@ -136,7 +144,8 @@ fn read(
     let smoothing = SMOOTHING;
     let memory = LoadMemory::unlimited();
     let source = SceneSource { bytes, format, name, folder: "", opener: &mut opener, smoothing, memory };
-    let loaded = SceneFile::read(source)?;
+    let mut loaded = SceneFile::read(source)?;
+    loaded.warnings.append(&mut other_cases);
     Ok((loaded, asked))
 }
 

@@ -217,6 +217,7 @@ impl Engine {
     /// session.
     fn begin_scene(&mut self, s: &mut Session, new: NewScene) -> Result<(), Fault> {
         self.note_warnings(s, new.document.warnings());
+        self.note_warnings(s, &new.other_cases);
         let resource = Resource::Scene(Arc::new(new.document), new.size);
         let limits = self.limits_for(s, SCENE_NAME);
         s.names.insert(SCENE_NAME, resource, new.memory.result.into_kept(), &limits)?;
@@ -426,7 +427,8 @@ impl Made {
     ) -> Result<Self, Fault> {
         let side_files = &mut |name: &str| files.read_beside(beside, name);
         let smoothing = Smoothing::default();
-        let loaded = format.parse(bytes, side_files, file, &mut memory.result, smoothing)?;
+        let mut loaded = format.parse(bytes, side_files, file, &mut memory.result, smoothing)?;
+        loaded.warnings.extend(files.take_warnings());
         let resource = Resource::Mesh(Arc::new(loaded.geometry));
         Ok(Made { resource, warnings: loaded.warnings, memory })
     }
@@ -476,6 +478,8 @@ impl Made {
 struct NewScene {
     document: X3dDocument,
     at_start: Scene,
+    /// Warnings about names in another case of letters.
+    other_cases: Vec<LoadWarning>,
     /// Its size in bytes.
     size: u64,
     memory: JobMemory,
@@ -498,7 +502,8 @@ impl NewScene {
         let held = memory.result.budget().try_reserve(MemoryUse::Draws, document.scene_bytes())?;
         let at_start = document.at(0.0);
         let size = memory.result.kept_bytes();
-        Ok(NewScene { document, at_start, size, memory, _at_start: held })
+        let other_cases = files.take_warnings();
+        Ok(NewScene { document, at_start, other_cases, size, memory, _at_start: held })
     }
 
     /// Returns the job's effect: makes it the connection's scene.
