@@ -6,7 +6,7 @@ const CELLS: [i32; 2] = [32, 24];
 const SIDE: i32 = 10;
 
 fn main() -> Result<(), fbptr::WindowError> {
-    let start = || VecDeque::from([[8, 12], [7, 12], [6, 12]]);
+    let start = || VecDeque::from([[8_i32, 12], [7, 12], [6, 12]]);
     let (mut snake, mut way, mut next) = (start(), [1, 0], [1, 0]);
     let (mut apple, mut seed, mut time) = ([20, 12], 1_u32, 0.0);
     fbptr::run(320, 240, move |fb, input| {
