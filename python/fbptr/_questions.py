@@ -54,14 +54,27 @@ class Questions(_Base):
             return taken.reshape(self.height, self.width, 4)
         return numpy.asarray(memoryview(self))
 
-    def trace(self, x: Any = None, y: int | None = None, triangle: int | None = None) -> str | None:
+    def trace(self, x: Any = None, y: int | None = None, triangle: int | None = None) -> str:
         """Returns every number of the surface seen at pixel (x, y), from the corners of its triangle to
         its four bytes, as text; or of a triangle, counted from 0 through all draws since the last
-        clear. `None` if no 3-D draw of them gave the pixel its colour.
+        clear. Where no 3-D draw of them gave the pixel its colour, the text says so, and ends with
+        the pixel's bytes.
         """
         if y is None and x is not None:
             x, y = x
-        return self._trace(None if x is None else (x, y), triangle)
+        text = self._trace(None if x is None else (x, y), triangle)
+        return self._not_traced(x, y, triangle) if text is None else text
+
+    def _not_traced(self, x: int | None, y: int | None, triangle: int | None) -> str:
+        """Returns what there is to say where no draw is found."""
+        if triangle is not None or x is None or y is None:
+            return "triangle %d: no draw since the last clear has it\n" % (triangle or 0)
+        if not (0 <= x < self.width and 0 <= y < self.height):
+            return "pixel (%d, %d) is off the frame of %d x %d\n" % (x, y, self.width, self.height)
+        offset = (self.width * y + x) * 4
+        r, g, b, a = self[offset : offset + 4]
+        bytes_text = "%d %d %d %d = #%02x%02x%02x at FBptr[%d]" % (r, g, b, a, r, g, b, offset)
+        return "pixel (%d, %d): no 3-D draw since the last clear gave it its colour\n  bytes       %s\n" % (x, y, bytes_text)
 
     def assert_golden(self, path: str | os.PathLike[str], tolerance: int = 0, pixels: int = 0) -> None:
         """Compares the frame with the PNG file at `path`; raises `AssertionError` if it differs.

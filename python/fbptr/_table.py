@@ -17,6 +17,12 @@ _UNITS = {
 _WORLD = "units of the world"
 _GROUPS = {"Pixelflut": "pixels", "Memory": "pixels", "TwoD": "pixels", "ThreeD": _WORLD, "Control": "pixels"}
 _PIXEL_VERBS = ("VIEWPORT", "DRAWEYE")
+#: Second names of methods, whose words stand apart.
+ALIASES = {
+    "fillrect": "fill_rect", "fillcircle": "fill_circle", "fillpoly": "fill_poly", "fillellipse": "fill_ellipse",
+    "wideline": "wide_line", "lineaa": "line_aa", "textsize": "text_size", "pseudoiso": "pseudo_iso",
+    "drawscene": "draw_scene", "draweye": "draw_eye",
+}
 _FACTOR_VERBS = {"SCALE": "factor", "ROTATE": "direction", "MATRIX": "4 x 4, row by row"}
 
 
@@ -85,6 +91,36 @@ class Row:
             lines.append("")
             lines += ["%s: %s" % (p.name, p.describe()) for p in self.parameters]
         return "\n".join(lines)
+
+
+class Signature:
+    """What `inspect.signature` finds behind a method made from the table: the parameters of its row.
+
+    It is computed when somebody asks, since `inspect` takes longer to import than this package.
+    """
+
+    __slots__ = ("_row",)
+
+    def __init__(self, row):
+        self._row = row
+
+    def __call__(self, *args, **kwargs):
+        raise TypeError("%s is described, not called" % self._row.name)
+
+    @property
+    def __signature__(self):
+        from inspect import Parameter as P
+        from inspect import Signature as S
+
+        found, may_be_left_out = [P("self", P.POSITIONAL_ONLY)], False
+        for p in self._row.parameters:
+            may_be_left_out = may_be_left_out or p.is_optional
+            if p.kind == "many":
+                found.append(P(p.name, P.VAR_POSITIONAL))
+            else:
+                kind = P.KEYWORD_ONLY if found[-1].kind is P.VAR_POSITIONAL else P.POSITIONAL_OR_KEYWORD
+                found.append(P(p.name, kind, default=None if may_be_left_out else P.empty))
+        return S(found)
 
 
 def dedent(doc):

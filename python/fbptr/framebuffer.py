@@ -53,7 +53,10 @@ def _add_methods():
         if own is not None:
             own.__doc__ = "%s\n\n%s" % (_table.dedent(own.__doc__), doc) if own.__doc__ else doc
             continue
-        setattr(Framebuffer, row.name, _method(call, row, doc))
+        method = _method(call, row, doc)
+        setattr(Framebuffer, row.name, method)
+        if row.name in _table.ALIASES:
+            setattr(Framebuffer, _table.ALIASES[row.name], method)
 
 
 def _method(call, row, doc):
@@ -79,6 +82,7 @@ def _method(call, row, doc):
     method.__doc__ = doc
     method.__module__ = "fbptr"
     method.verb = verb
+    method.__wrapped__ = _table.Signature(row)
     return method
 
 

@@ -263,7 +263,7 @@ impl Framebuffer {
         })?;
         saved.map_err(|e| match e.code() {
             Code::Args | Code::Format => {
-                errors::of_fault(py, 0, "SNAP", &Fault::new(e.code(), e.to_string()))
+                errors::of_fault(py, 0, "save", &Fault::new(e.code(), e.to_string()))
             }
             _ => os_error(&e, &path),
         })

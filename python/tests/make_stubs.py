@@ -15,7 +15,7 @@ Made from the verb table: BLESS=1 python -m pytest python/tests/test_stubs.py
 """
 
 import os
-from typing import Any, overload
+from typing import Any, Literal, overload
 
 from . import _native
 from ._questions import Questions
@@ -50,7 +50,10 @@ def type_of(parameter):
     if parameter.kind == "word":
         numbers = parameter.words and all(word.isdigit() for word in parameter.words)
         flags = "on" in parameter.words
-        return "int | str" if numbers else "bool | str" if flags else "str | None" if parameter.is_optional else "str"
+        if not parameter.words or numbers or flags:
+            return "int | str" if numbers else "bool | str" if flags else "str | None" if parameter.is_optional else "str"
+        words = "Literal[%s]" % ", ".join('"%s"' % word for word in parameter.words)
+        return words + " | None" if parameter.is_optional else words
     return TYPES[parameter.kind]
 
 
@@ -103,6 +106,8 @@ def method(row):
         if "\n" in doc:
             doc += "\n" + " " * 8
         lines.append('%s\n        """%s"""' % (head, doc))
+    if row.name in _table.ALIASES:
+        lines.append("\n    %s = %s" % (_table.ALIASES[row.name], row.name))
     return "\n".join(lines) + "\n"
 
 

@@ -429,7 +429,7 @@ def test_offsets():
 
 def test_traces_and_plans():
     fb = fbptr.Framebuffer(64, 48)
-    assert fb.trace(32, 24) is None and "nothing is drawn in 3-D" in fb.explain()
+    assert "no 3-D draw" in fb.trace(32, 24) and "nothing is drawn in 3-D" in fb.explain()
     fb.lookat((3, 2, 5))
     fb.light("point", (5, 6, 7))
     fb.mesh("ball", fbptr.sphere())
@@ -437,11 +437,32 @@ def test_traces_and_plans():
     text = fb.trace(32, 24)
     r, g, b, a = fb.get_pixel(32, 24)
     assert '"ball"' in text and "%d %d %d %d = #%02x%02x%02x at FBptr[6272]" % (r, g, b, a, r, g, b) in text
-    assert fb.trace((32, 24)) == text and fb.trace(0, 0) is None
-    assert "triangle 0 " in fb.trace(triangle=0) and fb.trace(triangle=10**6) is None
+    assert fb.trace((32, 24)) == text and "0 0 0 255 = #000000 at FBptr[0]" in fb.trace(0, 0)
+    assert "triangle 0 " in fb.trace(triangle=0) and "no draw" in fb.trace(triangle=10**6)
+    assert "off the frame" in fb.trace(-1, 0) and "off the frame" in fb.trace(0, 48)
     assert "light pixels" in fb.explain()
     fb.clear()
-    assert fb.trace(32, 24) is None
+    assert "no 3-D draw" in fb.trace(32, 24)
+
+
+def test_methods_have_signatures_and_second_names():
+    import inspect
+
+    assert str(inspect.signature(fbptr.Framebuffer.line)) == "(self, /, x0, y0, x1, y1, c0, c1=None)"
+    fb = fbptr.Framebuffer(64, 48)
+    assert str(inspect.signature(fb.fill_circle)) == "(cx, cy, r, c)"
+    fb.fill_circle(32, 24, 9, "red")
+    drawn = fb.crc()
+    fb.clear()
+    fb.fillcircle(32, 24, 9, "red")
+    assert fb.crc() == drawn
+
+
+def test_errors_of_files_name_save(tmp_path):
+    fb = fbptr.Framebuffer(64, 48)
+    with pytest.raises(fbptr.CommandError, match="save") as caught:
+        fb.save(tmp_path / "a.jpg")
+    assert "SNAP" not in str(caught.value) and caught.value.verb == "save"
 
 
 def test_a_draw_that_shows_nothing_warns():

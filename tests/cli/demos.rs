@@ -254,8 +254,8 @@ fn the_readmes_first_command_makes_the_movie_at_its_top() {
 }
 
 #[test]
-fn the_readmes_numbers_of_a_pixel_are_those_that_the_trace_prints() {
-    let page = std::fs::read_to_string(root().join("README.md")).expect("there is a page");
+fn the_pages_numbers_of_a_pixel_are_those_that_the_trace_prints() {
+    let page = std::fs::read_to_string(root().join("docs/trace.md")).expect("there is a page");
     let shown = page.split("```text\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a block");
     let stream = root().join("demos/ball.fbs");
     let arguments = ["--headless", "--size", "64x48", "--trace", "36,20"];

@@ -123,7 +123,10 @@ pub fn run_viewer(viewer: &mut Viewer, options: &mut ViewerOptions<'_>) -> Resul
             let KeyReport::Key(key, is_down) = report else { continue };
             match translate(key).and_then(|key| viewer.key(key, is_down)) {
                 Some(Request::Quit) => quits = true,
-                Some(Request::Fullscreen) => fullscreen.toggle(&window).unwrap_or_else(|why| viewer.say(why)),
+                Some(Request::Fullscreen) => match fullscreen.toggle(&window) {
+                    Ok(()) => screen.fill_screen(),
+                    Err(why) => viewer.say(why),
+                },
                 Some(Request::Scaling) => screen.toggle_scaling(),
                 Some(Request::Crt) => screen.toggle_crt(),
                 Some(Request::Record) => toggle_gif(viewer, &mut gif, &options.save_dir),
@@ -182,6 +185,14 @@ impl FrameOnScreen {
         self.scaling = self.scaling.next();
         // Causes the entire window to be redrawn.
         self.size = [0, 0];
+    }
+
+    /// Uses the whole screen: bars as wide as a whole factor leaves them are no fullscreen picture.
+    fn fill_screen(&mut self) {
+        if self.scaling == Scaling::Whole {
+            self.scaling = Scaling::Smooth;
+            self.size = [0, 0];
+        }
     }
 
     fn toggle_crt(&mut self) {

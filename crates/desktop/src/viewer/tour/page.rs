@@ -46,7 +46,11 @@ pub fn paint(frame: &mut VideoMemory, step: &Step, [number, count]: [usize; 2], 
         put(frame, [COLUMN, y], &line, color);
         y += LINE;
     }
-    put(frame, [COLUMN, last], "Right: next  Left: back  F1: keys", QUIET);
+    let keys = match number < count {
+        true => "Right: next  Left: back  F1: keys",
+        false => "R: again  Left: back  F1: keys",
+    };
+    put(frame, [COLUMN, last], keys, QUIET);
     for (i, line) in (0..).zip(&step.caption) {
         put(frame, [MARGIN, MARGIN + PICTURE[1] as i32 + 10 + i * LINE], line, TEXT);
     }

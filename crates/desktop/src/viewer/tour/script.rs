@@ -3,8 +3,8 @@
 //! In: `steps.fbs`. A line that begins with `#= ` starts a step and is its title; `#: `
 //! is a line of its caption, `#size WxH` the frame's size (640x480 otherwise), `#hold N` the frames
 //! of the tour for which each frame of the step is shown (1 otherwise), and `#each N` stands before
-//! lines that are repeated N times, with a `PRESENT` after each. Everything else is the stream
-//! itself, payloads included. Out: [`Step`]s.
+//! lines that are repeated N times, with a `PRESENT` after each. `#short TEXT` is shown in place of
+//! all commands that follow in the step. Everything else is the stream itself, payloads included. Out: [`Step`]s.
 //!
 //! Verified by: tests of a small script, and of the real one, of which every step must play without
 //! an error and change the picture.
@@ -28,7 +28,7 @@ pub struct Step {
     pub size: [u32; 2],
     /// The commands as they are played.
     pub stream: Vec<u8>,
-    /// The commands as they are shown: payloads that are no text are replaced by their length.
+    /// The commands as they are shown and can be typed: a payload that is no text stands as `< FILE`.
     pub lines: Vec<String>,
     /// Number of frames that the stream presents, at least 1.
     presents: u64,
@@ -99,6 +99,8 @@ struct Builder {
     step: Step,
     /// Number of repetitions, and the position in the stream of the lines that are repeated.
     repeated: Option<(u64, usize)>,
+    /// Number of shown lines that stay, and those that stand for the others.
+    short: Option<(usize, Vec<String>)>,
 }
 
 impl Builder {
@@ -112,7 +114,7 @@ impl Builder {
             presents: 0,
             hold: 1,
         };
-        Builder { step, repeated: None }
+        Builder { step, repeated: None, short: None }
     }
 
     /// Reads a line that begins with `#`. Returns `None` if it is invalid.
@@ -121,6 +123,10 @@ impl Builder {
         let number = || value.parse::<u64>().ok().filter(|&n| n > 0);
         match word {
             ":" => self.step.caption.push(value.to_owned()),
+            "short" => {
+                let stays = self.step.lines.len();
+                self.short.get_or_insert_with(|| (stays, Vec::new())).1.push(value.to_owned());
+            }
             "hold" => self.step.hold = number()?,
             "size" => {
                 let (width, height) = value.split_once('x')?;
@@ -143,17 +149,25 @@ impl Builder {
             return Some(());
         }
         self.step.stream.extend_from_slice(line);
-        self.step.lines.push(text.to_owned());
         self.step.presents += u64::from(text == "PRESENT");
-        let Some(length) = text.rsplit_once(" :").and_then(|(_, n)| n.parse::<usize>().ok()) else {
+        let counted = text.rsplit_once(" :").and_then(|(head, n)| Some((head, n.parse::<usize>().ok()?)));
+        let Some((head, length)) = counted else {
+            self.step.lines.push(text.to_owned());
             return Some(());
         };
         let (payload, after) = rest.split_at_checked(length)?;
         *rest = after;
         self.step.stream.extend_from_slice(payload);
-        match text.starts_with("TEXT ") {
-            true => self.step.lines.push(String::from_utf8_lossy(payload).into_owned()),
-            false => self.step.lines.push(format!("({length} bytes)")),
+        if text.starts_with("TEXT ") {
+            self.step.lines.extend([text.to_owned(), String::from_utf8_lossy(payload).into_owned()]);
+        } else {
+            let ending = match head.split(' ').next() {
+                Some("MESH") => "obj",
+                Some("EYE") => "json",
+                _ => "png",
+            };
+            let name = head.split(' ').nth(1).unwrap_or("file");
+            self.step.lines.push(format!("{head} < {name}.{ending}"));
         }
         Some(())
     }
@@ -169,6 +183,10 @@ impl Builder {
             }
             step.lines.push("PRESENT".to_owned());
             step.presents = times;
+        }
+        if let Some((stays, short)) = self.short {
+            step.lines.truncate(stays);
+            step.lines.extend(short);
         }
         step.presents = step.presents.max(1);
         step
@@ -194,10 +212,18 @@ mod tests {
         assert_eq!(steps[0].lines, ["PX 1 2 red", "TEXT 0 0 red :3", "a\nb"]);
         assert_eq!((steps[0].motion(), steps[0].presents_at(1_000)), (1, 1));
         assert_eq!(steps[1].stream, b"TEX t :2\n\0\xffDRAW t\nPRESENT\nDRAW t\nPRESENT\nDRAW t\nPRESENT\n");
-        assert_eq!(steps[1].lines, ["TEX t :2", "(2 bytes)", "# then 3 times:", "DRAW t", "PRESENT"]);
+        assert_eq!(steps[1].lines, ["TEX t < t.png", "# then 3 times:", "DRAW t", "PRESENT"]);
         assert_eq!(steps[1].motion(), 12);
         let presents = [0, 3, 4, 11, 12, 500].map(|frame| steps[1].presents_at(frame));
         assert_eq!(presents, [1, 1, 2, 3, 3, 3]);
+    }
+
+    #[test]
+    fn short_lines_stand_for_the_commands_behind_them() {
+        let script = b"#= One\nCLEAR red\n#short # a line for each edge\n#short # and so on\nLINE 0 0 1 1 red\nPX 1 1 red\n";
+        let step = parse(script).expect("a script").remove(0);
+        assert_eq!(step.lines, ["CLEAR red", "# a line for each edge", "# and so on"]);
+        assert_eq!(step.stream, b"CLEAR red\nLINE 0 0 1 1 red\nPX 1 1 red\n");
     }
 
     #[test]
