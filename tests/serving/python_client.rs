@@ -35,7 +35,7 @@ fn the_readmes_lines_run_as_printed_from_the_repositorys_root() {
     let (blocks, own): (Vec<&str>, Vec<&str>) =
         blocks.into_iter().partition(|block| block.contains("import Client"));
     assert!(!blocks.is_empty(), "the page has lines for the client");
-    assert!(own.iter().all(|block| block.starts_with("import fbptr\n")), "{own:?}");
+    assert!(own.iter().all(|block| block.starts_with("import fbptr")), "{own:?}");
     if !tools::are_there(&["python3"]) {
         return;
     }

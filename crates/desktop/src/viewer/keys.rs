@@ -198,9 +198,9 @@ pub const BINDINGS: &[Binding] = &[
     same(Key::F2, "F2", Action::Status, "line at the bottom"),
     same(Key::F3, "F3", Action::FrameRate, "frame rate"),
     same(Key::F9, "F9", Action::Record, "begin, end a GIF"),
+    same(Key::F12, "F12", Action::Snapshot, "save a PNG"),
     same(Key::F10, "F10", Action::Scaling, "scale: whole, fit, smooth"),
     same(Key::F11, "F11", Action::Fullscreen, "fullscreen (X11)"),
-    same(Key::F12, "F12", Action::Snapshot, "save a PNG"),
 ];
 
 /// Mouse actions: name, description in three dimensions, description in N dimensions.
@@ -208,6 +208,21 @@ pub const MOUSE: [(&str, &str, &str); 3] = [
     ("drag", "orbit", "turn"),
     ("right", "pan", "walk left, right, up, down"),
     ("wheel", "nearer, farther", "walk ahead, back"),
+];
+
+/// Keys that share a line of the help: the first of them, how many follow it in the table, the line's
+/// name, its description in three dimensions and in N.
+const SHARED_LINES: &[(Key, usize, &str, &str, &str)] = &[
+    (Key::Escape, 1, "Esc Q", "quit", "quit"),
+    (Key::W, 3, "WASD", "walk ahead, left, back, right", "walk ahead, left, back, right"),
+    (Key::PageUp, 1, "PgUp", "rise; PgDn sink", "rise; PgDn sink"),
+    (Key::Left, 3, "Arrow", "keys orbit", "keys turn"),
+    (Key::Tab, 1, "Tab", "", "next plane; Bksp the one before"),
+    (Key::RightBracket, 1, "] [", "", "turn in that plane, back"),
+    (Key::Equal, 1, "= -", "nearer, farther", "walk along its second axis"),
+    (Key::Period, 1, ". ,", "one frame on, back", "one frame on, back"),
+    (Key::F2, 1, "F2 F3", "status, frame rate", "status, frame rate"),
+    (Key::F9, 1, "F9", "begin, end a GIF; F12 a PNG", "begin, end a GIF; F12 a PNG"),
 ];
 
 /// Returns the binding of a key.
@@ -227,8 +242,24 @@ pub(super) fn help_lines_of(is_nd: bool, works: impl Fn(Action) -> bool) -> Vec<
         let help = if is_nd { help_nd } else { help };
         (!help.is_empty()).then(|| format!("{name:<6}{help}"))
     };
-    let keys = BINDINGS.iter().filter(|b| works(b.action)).map(|b| (b.name, b.help, b.help_nd));
-    keys.chain(MOUSE).filter_map(line).collect()
+    let mut keys = Vec::new();
+    let mut rest = BINDINGS;
+    while let Some((first, others)) = rest.split_first() {
+        let shared = SHARED_LINES.iter().find(|(key, ..)| *key == first.key);
+        let count = shared.map_or(0, |(_, count, ..)| *count).min(others.len());
+        let is_whole = works(first.action) && others[..count].iter().all(|b| works(b.action));
+        match shared.filter(|_| is_whole) {
+            Some((_, _, name, help, help_nd)) => {
+                keys.push((*name, *help, *help_nd));
+                rest = &others[count..];
+            }
+            None => {
+                keys.extend(works(first.action).then_some((first.name, first.help, first.help_nd)));
+                rest = others;
+            }
+        }
+    }
+    keys.into_iter().chain(MOUSE).filter_map(line).collect()
 }
 
 #[cfg(test)]
@@ -242,8 +273,19 @@ mod tests {
             assert_eq!(binding(b.key).name, b.name);
         }
         let (space, nd) = (help_lines(false), help_lines(true));
-        assert_eq!(nd.len(), BINDINGS.len() + MOUSE.len() - 3);
-        assert_eq!(space.len(), BINDINGS.len() + MOUSE.len() - 5);
+        let shared: usize = SHARED_LINES.iter().map(|(_, count, ..)| count).sum();
+        assert_eq!(nd.len(), BINDINGS.len() + MOUSE.len() - 3 - shared);
+        // Without the planes' four keys and the centre of rotation.
+        assert_eq!(space.len(), BINDINGS.len() + MOUSE.len() - 5 - (shared - 2));
+        // Where one of the keys has no effect, the others have lines of their own.
+        let still = help_lines_of(false, |action| action != Action::Walk(0, 1.0));
+        assert!(still.iter().any(|l| l == "S     walk back") && !still.iter().any(|l| l.contains("ahead")));
+        for (key, count, ..) in SHARED_LINES {
+            let at = BINDINGS.iter().position(|b| b.key == *key).expect("a key of the table");
+            assert!(
+                BINDINGS[at..=at + count].iter().all(|b| b.help.is_empty() == BINDINGS[at].help.is_empty())
+            );
+        }
         assert!(space.iter().chain(&nd).all(|l| l.len() <= 36), "two columns fit a small window");
     }
 }

@@ -128,7 +128,7 @@ impl Space {
     pub fn given(&mut self, time: f64) -> &Scene {
         let time = if self.is_animated() { time } else { 0.0 };
         if self.given.as_ref().is_none_or(|(bits, _)| *bits != time.to_bits()) {
-            let scene = match &self.source {
+            let mut scene = match &self.source {
                 SceneSource::Mesh { geometry, is_open } => {
                     let mut scene = Scene::of_mesh(Arc::clone(geometry), &self.name, self.aspect, *is_open);
                     if self.studio {
@@ -166,6 +166,9 @@ impl Space {
                     scene
                 }
             };
+            if self.studio {
+                studio::enlarge_points(&mut scene, self.size);
+            }
             self.given = Some((time.to_bits(), scene));
         }
         // Set above.

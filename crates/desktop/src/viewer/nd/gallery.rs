@@ -7,7 +7,8 @@
 //! - Wireframe: each hidden axis k, from the last, scales the others by D / (D - r_k), D = 2.4 R;
 //!   what remains is tilted, and seen in perspective from 3.4 R. Near edges are bright, far ones
 //!   dim; the colour is that of the first hidden coordinate, from blue to gold.
-//! - Slice: the space of the visible axes through the eye, by the renderer of N dimensions.
+//! - Slice: the space of the visible axes through the eye, by the renderer of N dimensions, each pixel
+//!   the mean of four; a light at the eye shows faces that no other light reaches.
 //! - Shadow: all hidden axes and the direction of view left out.
 
 use super::Nd;
@@ -17,7 +18,7 @@ use crate::viewer::studio::Backdrop;
 use fbptr_core::draw2d::font::CELL;
 use fbptr_core::draw2d::look::{LESSER, MARGIN, PAPER, TEXT, letters};
 use fbptr_core::draw2d::{AreaColors, Blend, fill, line_aa};
-use fbptr_core::eye::{self, EyeScene, Fibre};
+use fbptr_core::eye::{self, EyeLight, EyeLightKind, EyeScene, Falloff, Fibre};
 use fbptr_core::memory::VideoMemory;
 
 /// Distance of the eye along a hidden axis, in radii.
@@ -28,6 +29,8 @@ const EYE: f64 = 3.4;
 const TILT: [[f64; 2]; 2] = [[0.406_736_6, 0.913_545_5], [0.292_371_7, 0.956_304_8]];
 /// Colours of the first hidden coordinate, from the least to the largest: blue, teal, gold.
 const COLORS: [[f32; 3]; 3] = [[0.25, 0.45, 1.0], [0.16, 0.80, 0.74], [1.0, 0.66, 0.10]];
+/// Least diffuse light of a slice, and the brightness of the light at the eye.
+const SLICE_LIGHT: [f64; 2] = [0.3, 0.6];
 /// Smallest side of a frame with room for three pictures.
 const LEAST_SIDE: usize = 160;
 
@@ -217,16 +220,40 @@ fn end(p: &[f64], panel: Panel, scale: f64) -> End {
 fn paint_slice(nd: &Nd, memory: &mut VideoMemory, panel: Panel) -> Result<(), String> {
     let mut parts = nd.scene().into_parts();
     parts.aperture_tan.fill(0.0);
-    parts.pixels = panel.size.map(|s| s as u32).to_vec();
+    parts.pixels = panel.size.map(|s| 2 * s as u32).to_vec();
     let [w, h] = panel.size.map(|s| s as f64);
     let least = parts.size.iter().copied().fold(f64::INFINITY, f64::min);
     parts.size = [w, h].map(|s| least * s / w.min(h)).to_vec();
     parts.background = [PAPER[0], PAPER[1], PAPER[2]].map(f64::from);
+    let [least, brightness] = SLICE_LIGHT;
+    parts.diffuse = parts.diffuse.map(|channel| channel.max(least));
+    parts.lights.push(EyeLight {
+        kind: EyeLightKind::Radial { position: parts.pose.position.clone() },
+        falloff: Falloff { k: brightness, n: 0.0 },
+        color: [1.0; 3],
+    });
     let scene = EyeScene::new(parts).map_err(|e| e.to_string())?;
     let picture = eye::render_with(&scene, Fibre::Exact, &nd.pool).map_err(|e| e.to_string())?;
-    let at = panel.at.map(|v| v as i32);
-    eye::blit(&picture, memory, at[0], at[1], panel.size[0] as i32, panel.size[1] as i32);
+    let [w, h] = panel.size.map(|s| 2 * s as u32);
+    let mut fine = VideoMemory::new(w, h).map_err(|e| e.to_string())?;
+    eye::blit(&picture, &mut fine, 0, 0, w as i32, h as i32);
+    paint_means(&fine, memory, panel);
     Ok(())
+}
+
+/// Paints a picture of twice a panel's size into the panel: each pixel is the mean of four.
+fn paint_means(fine: &VideoMemory, memory: &mut VideoMemory, panel: Panel) {
+    let [w, h] = panel.size;
+    let width = memory.width() as usize;
+    let (fine, pixels) = (fine.bytes().as_chunks::<4>().0, memory.bytes_mut().as_chunks_mut::<4>().0);
+    for y in 0..h {
+        for x in 0..w {
+            let first = (2 * y * w + x) * 2;
+            let of_four = [first, first + 1, first + 2 * w, first + 2 * w + 1].map(|i| fine[i]);
+            let mean = |c: usize| (of_four.iter().map(|p| u32::from(p[c])).sum::<u32>() + 2) / 4;
+            pixels[(panel.at[1] + y) * width + panel.at[0] + x] = std::array::from_fn(|c| mean(c) as u8);
+        }
+    }
 }
 
 /// Returns the mean of a mask of twice the size, in 0..=1, blurred by three boxes of `radius`.

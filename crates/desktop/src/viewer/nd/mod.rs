@@ -46,6 +46,8 @@ pub(super) struct Nd {
     picture: Option<EyePicture>,
     pool: Executor,
     gallery: Option<Gallery>,
+    /// Whether pictures have a pixel of their own for each of the frame's.
+    is_fine: bool,
 }
 
 impl Nd {
@@ -60,6 +62,7 @@ impl Nd {
         let gallery = studio.then(|| Gallery::of(&given, &middle)).flatten();
         Nd {
             gallery,
+            is_fine: studio && given.screen_dim() == 2,
             pose: given.pose.clone(),
             is_slice: false,
             fibre: Fibre::Exact,
@@ -87,6 +90,18 @@ impl Nd {
         }
         // `set_pose` accepts only poses in range, so this does not fail.
         EyeScene::new(parts).unwrap_or_else(|_| self.given.clone())
+    }
+
+    /// Returns the scene as currently viewed, as it is drawn on a frame of `size`: in the studio with
+    /// as many pixels as the frame has.
+    fn scene_on(&self, size: [u32; 2]) -> EyeScene {
+        let scene = self.scene();
+        if !self.is_fine {
+            return scene;
+        }
+        let mut parts = scene.clone().into_parts();
+        parts.pixels = size.to_vec();
+        EyeScene::new(parts).unwrap_or(scene)
     }
 
     /// Returns a frame size for the scene's screen: an integer multiple of it, near `usual`.
@@ -257,7 +272,7 @@ impl Nd {
                 return Ok(());
             }
         }
-        let scene = self.scene();
+        let scene = self.scene_on([frame.memory.width(), frame.memory.height()]);
         let picture = eye::render_with(&scene, self.fibre, &self.pool).map_err(|e| e.to_string())?;
         frame.clear(false);
         paint(&in_false_color(&picture, &scene, wishes.look), frame);
@@ -305,9 +320,9 @@ impl Nd {
 
     /// Returns the work that computes the difference to the picture of exact fibres.
     pub fn exact(&self, wishes: &Wishes, frame: &ViewerFrame) -> Work {
-        let (scene, look, pool) = (self.scene(), wishes.look, self.pool.clone());
-        let found = frame.memory.bytes().to_vec();
         let size = [frame.memory.width(), frame.memory.height()];
+        let (scene, look, pool) = (self.scene_on(size), wishes.look, self.pool.clone());
+        let found = frame.memory.bytes().to_vec();
         Box::new(move || {
             let picture = eye::render_with(&scene, Fibre::Exact, &pool).map_err(|e| e.to_string())?;
             let mut exact = ViewerFrame::new(size).map_err(|e| e.to_string())?;
