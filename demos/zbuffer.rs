@@ -1,4 +1,4 @@
-//! The contents of a z-buffer. Left: rings that pass through each other, drawn in any order. Right: the
+//! The contents of a z-buffer. Left: a knot with a ball that it passes through, drawn in any order. Right: the
 //! depth of every pixel as a map, near gold and far blue, with contour lines of equal depth.
 
 mod common;

@@ -48,6 +48,19 @@ try {
         const crc = await page.evaluate(async (b) => (await ask("run", { bytes: Uint8Array.from(b), changed: true })).crc, [...readFileSync(path)]);
         console.log(`${path} ${crc}`);
     }
+    // Without a link the page opens with a picture that moves until somebody does something.
+    const first = await browser.newPage({ viewport: { width: 1280, height: 800 } });
+    await first.goto(address);
+    await ready(first);
+    const opened = await first.evaluate(() => shown.crc);
+    await first.waitForFunction((crc) => shown.crc !== crc, opened);
+    const area = await first.evaluate(() => [canvas.clientWidth / $("screen").clientWidth, canvas.clientHeight / $("screen").clientHeight]);
+    assert(Math.max(...area) > 0.95, `the frame fills ${area} of its half`);
+    if (shots) await first.screenshot({ path: join(shots, "opened.png") });
+    await first.locator("#text").press("End");
+    await first.keyboard.type(" ");
+    await first.waitForFunction(() => !turning && !busy);
+    await first.close();
     // Dragging turns a 3-D picture, and the author's view comes back.
     await page.selectOption("#examples", "5");
     await page.waitForFunction(() => shown.report.spatial && text.value.includes("phong"));

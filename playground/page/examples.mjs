@@ -12,36 +12,17 @@ SHADE ${shade}
 DRAW pot
 `;
 
-// A tesseract: eight cubes, each cut into six tetrahedra along its diagonal.
-function tesseract() {
-    const colors = [[230, 60, 50], [240, 150, 40], [240, 210, 60], [120, 200, 80], [46, 196, 182], [91, 140, 255], [150, 100, 220], [230, 100, 180]];
-    // Turned in three planes, so that four of the cubes are seen.
-    const turned = (p) => {
-        const q = [...p];
-        for (const [a, b, degrees] of [[0, 1, 35], [1, 2, 20], [0, 3, 40], [0, 2, 25]]) {
-            const angle = degrees * Math.PI / 180, [x, y] = [q[a], q[b]];
-            [q[a], q[b]] = [x * Math.cos(angle) - y * Math.sin(angle), x * Math.sin(angle) + y * Math.cos(angle)];
-        }
-        return q.map((x) => Number(x.toFixed(4)));
-    };
-    const orders = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
-    const facets = [];
-    for (let axis = 0; axis < 4; axis++) for (const side of [-1, 1]) {
-        const others = [0, 1, 2, 3].filter((i) => i !== axis), color = colors[axis * 2 + (side + 1) / 2];
-        for (const order of orders) {
-            const corner = [-1, -1, -1, -1];
-            corner[axis] = side;
-            const v = [turned(corner)];
-            for (const i of order) { corner[others[i]] = 1; v.push(turned(corner)); }
-            facets.push(JSON.stringify({ v, color }));
-        }
-    }
-    return `{"dim": 4, "pixels": [240, 180], "d": 1.2, "S": [1.6, 1.2], "aperture_tan": [0.2], "I_d": 0.4,
-"view": {"k": 3, "n": 1}, "background": [14, 20, 32],
-"lights": [{"type": "radial", "position": [-4, 3, 4, 1], "k": 30, "n": 2, "color": [1, 1, 1]}],
-"eye": {"position": [-4.5, 0, 0, 0], "rotations": []},
+// The simplex of four dimensions: five corners, and five tetrahedra between them.
+function simplex() {
+    const corners = [[1.118, 1.118, 1.118, -0.5], [1.118, -1.118, -1.118, -0.5], [-1.118, 1.118, -1.118, -0.5], [-1.118, -1.118, 1.118, -0.5], [0, 0, 0, 2]];
+    const colors = ["#ff5d5d", "#ffb000", "#2ec4b6", "#5b8cff", "#9664dc"];
+    const facet = (color, i) => `{"color": "${color}", "v": ${JSON.stringify(corners.filter((_, k) => k !== i))}}`;
+    return `{"dim": 4, "pixels": [240, 180], "d": 1.2, "S": [1.6, 1.2], "aperture_tan": [0.2],
+"I_d": 0.4, "view": {"k": 3, "n": 1}, "background": [14, 20, 32],
+"lights": [{"type": "radial", "position": [-4, 3, 4, 1], "k": 30, "n": 2}],
+"eye": {"position": [-4.5, 0, 0, 0.4]},
 "facets": [
-${facets.join(",\n")}
+${colors.map(facet).join(",\n")}
 ]}
 `;
 }
@@ -52,8 +33,10 @@ const animation = Array.from({ length: 60 }, (_, i) => {
 }).join("");
 
 export const examples = [
-    ["one pixel", `# One pixel. The frame is an array of bytes, four a pixel: R G B A.
-# (x,y) counts from the upper left corner; its offset is (width*y + x)*4.
+    ["one pixel", `# One pixel. The frame is an array of bytes,
+# four a pixel: R G B A.
+# (x,y) counts from the upper left corner;
+# its offset is (width*y + x)*4.
 SIZE 48 36
 PX 24 18 ffffff
 # The same by its offset: (48*18 + 26)*4 = 3560.
@@ -61,7 +44,8 @@ POKE 3560 ffb000ff
 PX 24 18
 PEEK 3560 4
 `],
-    ["lines", `# Lines after Bresenham: whole numbers only, both ends lit, a ramp from end to end.
+    ["lines", `# Lines after Bresenham: whole numbers only,
+# both ends lit, a ramp from end to end.
 SIZE 160 120
 LINE 80 60 156 60 ff0000 ffff00
 LINE 80 60 156 24 ff4000 ffff00
@@ -76,7 +60,8 @@ LINE 80 60 116 106 8000ff ff00ff
 LINE 80 60 156 96 ff0080 ff00ff
 LINE -2000000000 114 2000000000 114 808ca5
 `],
-    ["areas", `# A pixel belongs to an area when its centre lies inside; two that share an edge share no pixel.
+    ["areas", `# A pixel belongs to an area when its centre
+# lies inside; two that share an edge share no pixel.
 SIZE 480 360
 CLEAR #0e1420
 FILLRECT 40 40 160 100 #5b8cff
@@ -88,9 +73,9 @@ BLEND over
 FILLRECT 100 80 300 80 ffffff40
 PRINT 16 340 white areas, blending and a ramp
 `],
-    ["edges of a teapot", teapot("wire", "The edges of Newell's teapot, through a camera.")],
+    ["edges of a teapot", teapot("wire", "The edges of Newell's teapot,\n# through a camera.")],
     ["flat", teapot("flat", "Flat: every face has one colour.")],
-    ["Phong", teapot("phong", "Phong: the normals run between the vertices, every pixel is lit. Drag to turn it.")],
+    ["Phong", teapot("phong", "Phong: the normals run between the vertices,\n# every pixel is lit. Drag to turn it.")],
     ["a texture", `# A picture of two by two pixels on a box.
 SIZE 480 360
 CLEAR #161d2c
@@ -102,7 +87,8 @@ TEXTURE chess nearest
 ROTATE 1 1 0 40deg
 DRAW box
 `],
-    ["a knot in two lights", `# Material, two lights, a matrix. Click a pixel to read all numbers of its way.
+    ["a knot in two lights", `# Material, two lights, a matrix. Click a pixel
+# to read all numbers of its way.
 SIZE 480 360
 CLEAR #0e1420
 MESH knot KNOT 160 24
@@ -119,9 +105,10 @@ DRAW knot
 SIZE 480 360
 AUTO off
 ${animation}`],
-    ["four dimensions", `# A tesseract on a flat screen, seen through a small aperture. Turn it in the planes below the picture.
+    ["four dimensions", `# The simplex of four dimensions on a flat screen.
+# Turn it in the planes below the picture.
 SIZE 480 360
 CLEAR #0e1420
-EYE cell ${payload(tesseract())}DRAWEYE cell 0 0 480 360
+EYE cell ${payload(simplex())}DRAWEYE cell 0 0 480 360
 `],
 ];

@@ -4,7 +4,7 @@ const examples = /*EXAMPLES*/[];
 const text = $("text"), canvas = $("canvas"), paper = canvas.getContext("2d");
 const home = () => ({ yaw: 0, pitch: 0, zoom: 1, right: 0, up: 0 });
 let view = home(), turns = new Map(), trace = null, shown = null, verbs = new Map();
-let stepping = false, playing = false, last = "", worker = null, count = 0, pending = new Map(), opened = null;
+let stepping = false, playing = false, turning = false, last = "", worker = null, count = 0, pending = new Map(), opened = null;
 
 // The worker, and its answers in order.
 function ask(task, more = {}) {
@@ -59,7 +59,18 @@ async function play() {
     }
     stop();
 }
-function stop() { playing = false; $("play").textContent = "Play"; }
+function stop() { playing = false; turning = false; $("play").textContent = "Play"; }
+// What the page opens with turns until somebody does something.
+async function turn() {
+    turning = !matchMedia("(prefers-reduced-motion: reduce)").matches;
+    for (let then = performance.now(); turning;) {
+        const now = await new Promise((next) => requestAnimationFrame(next));
+        if (!turning) break;
+        view.yaw += Math.min(now - then, 100) * 0.0005;
+        then = now;
+        await soon();
+    }
+}
 
 let reported = [];
 function show(answer) {
@@ -160,12 +171,14 @@ function sliders() {
     }));
 }
 
-// The picture: whole multiples where they fit, the view by the mouse, the pixel under it.
+// The picture as large as its half is, the view by the mouse, the pixel under it.
 function fit() {
     const box = $("screen"), wide = box.clientWidth, narrow = matchMedia("(max-width: 800px)").matches;
     const high = narrow ? Infinity : box.clientHeight;
+    // From three screen pixels a pixel on, squares of one size; below, the half is filled.
     let scale = Math.min(wide / canvas.width, high / canvas.height);
-    if (scale >= 1) scale = Math.floor(scale);
+    if (scale >= 3) scale = Math.floor(scale);
+    canvas.style.imageRendering = Number.isInteger(scale) ? "pixelated" : "auto";
     canvas.style.width = `${canvas.width * scale}px`;
     canvas.style.height = `${canvas.height * scale}px`;
 }
@@ -181,7 +194,7 @@ function pixel(e) {
     const box = canvas.getBoundingClientRect();
     return [Math.floor((e.clientX - box.left) / box.width * canvas.width), Math.floor((e.clientY - box.top) / box.height * canvas.height)];
 }
-canvas.addEventListener("pointerdown", (e) => { drag = { x: e.clientX, y: e.clientY, moved: false }; canvas.setPointerCapture(e.pointerId); });
+canvas.addEventListener("pointerdown", (e) => { turning = false; drag = { x: e.clientX, y: e.clientY, moved: false }; canvas.setPointerCapture(e.pointerId); });
 canvas.addEventListener("pointermove", async (e) => {
     if (drag) {
         const [dx, dy] = [e.clientX - drag.x, e.clientY - drag.y];
@@ -211,15 +224,20 @@ canvas.addEventListener("pointerup", (e) => {
 canvas.addEventListener("wheel", (e) => {
     if (!shown || !shown.report.spatial) return;
     e.preventDefault();
+    turning = false;
     view.zoom = Math.max(0.01, Math.min(100, view.zoom * Math.exp(e.deltaY / 600)));
     soon();
 }, { passive: false });
 
 // Links: the text behind the hash, as encodeURIComponent writes it.
 const linked = () => decodeURIComponent(location.hash.slice(1));
+const hint = $("inspector").textContent;
 function load(content) {
     stop();
     text.value = content;
+    reported = [];
+    $("messages").replaceChildren();
+    $("inspector").textContent = hint;
     view = home(); trace = null; turns = new Map(); $("turns").dataset.dim = "";
     colour();
     return run();
@@ -230,7 +248,7 @@ $("run").onclick = () => { stop(); run(); };
 $("step").onclick = () => step(1);
 $("frame").onclick = () => step(2);
 $("play").onclick = play;
-$("home").onclick = () => { view = home(); turns = new Map(); $("turns").dataset.dim = ""; trace = null; run(); };
+$("home").onclick = () => { turning = false; view = home(); turns = new Map(); $("turns").dataset.dim = ""; trace = null; run(); };
 $("png").onclick = async () => {
     const { png } = await ask("png"), a = document.createElement("a");
     a.href = URL.createObjectURL(new Blob([png], { type: "image/png" }));
@@ -257,5 +275,8 @@ addEventListener("keydown", (e) => {
 fit();
 let start = "";
 try { start = linked(); } catch { start = "# this link is cut off"; }
-opened = open().then(() => load(start || examples[0][1])).then(() => { document.body.dataset.ready = performance.now().toFixed(0); });
+const moving = Math.max(0, examples.findIndex(([, content]) => content.includes("MESH knot")));
+opened = open().then(() => load(start || examples[moving][1])).then(() => {
+    if (!start) { $("examples").value = moving; turn(); }
+}).then(() => { document.body.dataset.ready = performance.now().toFixed(0); });
 opened.catch((e) => { $("status").textContent = `the engine did not start: ${e.message}`; });
