@@ -1,4 +1,6 @@
-// The ten examples: the steps of the tour, from one pixel to four dimensions. Each is a title and a stream.
+// The examples: the steps of the tour, from one pixel to four dimensions. Each is a title and a stream.
+import { readFileSync } from "node:fs";
+
 const teapot = (shade, more) => `# ${more}
 SIZE 480 360
 CLEAR 101020
@@ -26,6 +28,7 @@ ${colors.map(facet).join(",\n")}
 ]}
 `;
 }
+const cornell = readFileSync(new URL("../../crates/formats/data/cornell.x3d", import.meta.url), "utf8");
 const payload = (text) => `:${Buffer.byteLength(text)}\n${text}`;
 const animation = Array.from({ length: 60 }, (_, i) => {
     const x = 60 + i * 6, y = Math.round(280 - 200 * Math.abs(Math.sin(i * Math.PI / 20)));
@@ -100,6 +103,11 @@ LIGHT 1 DIR 1 -.3 -.5 .2 .35 .6
 MATERIAL .4 .4 .4 .8 .6 .2 .7 .7 .7 50
 ROTATE 1 0 0 20deg
 DRAW knot
+`],
+    ["a room (cornell)", `# An X3D scene: the room of \`fbptr view cornell\`.
+# Drag to turn it.
+SIZE 480 360
+SCENE ${payload(cornell)}DRAWSCENE
 `],
     ["an animation", `# PRESENT ends a frame. "Play" shows them one by one.
 SIZE 480 360

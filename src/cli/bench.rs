@@ -13,7 +13,7 @@ use std::time::Duration;
 /// Holds fixed workloads to the truth, then times them: W1 to W5 in three dimensions, W6 lines, W7 pixels, S1 to S7 other scenes
 #[derive(Debug, Args)]
 pub(super) struct Bench {
-    /// Which: W1 to W7, S1 to S7, `scenes` for all of those, or whole names, as W4_tex_nearest [default: W1 to W7]
+    /// Which: W1 to W7, S1 to S7, `scenes` for all of those, whole names, as W4_tex_nearest, or built-in models, as teapot [default: W1 to W7]
     #[arg(value_name = "WORKLOAD", value_parser = workloads)]
     workloads: Vec<Named>,
     /// Frames to time, fewer where they take longer than 6 seconds
@@ -61,7 +61,9 @@ fn workloads(name: &str) -> Result<Named, String> {
     match Workload::named(name) {
         none if none.is_empty() => {
             let names = Workload::ALL.map(Workload::name).join(", ");
-            Err(format!("expected W1 to W7, S1 to S7, scenes, or one of {names}"))
+            Err(format!(
+                "expected W1 to W7, S1 to S7, scenes, a built-in model of three dimensions, or one of {names}"
+            ))
         }
         some => Ok(Named(some)),
     }

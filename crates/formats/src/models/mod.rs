@@ -81,6 +81,11 @@ pub fn list() -> String {
 }
 
 impl BuiltInModel {
+    /// Returns whether the model is a polytope of four dimensions, which the eye draws.
+    pub fn is_polytope(&self) -> bool {
+        matches!(self.source, Source::Polytope(_))
+    }
+
     /// Returns the scene, as [`SceneFile::read`] does. `smoothing` applies to a model that comes
     /// from a mesh file.
     ///

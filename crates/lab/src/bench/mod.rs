@@ -12,7 +12,8 @@
 //! reference is the plain f64 path at all pixels, and the reference renderer (`truth`) where the
 //! plain path has only one of several accepted results. W6 and W7 are lines and pixels; their
 //! reference is the simplest loop, which is timed, too. S1 to S7 are other scenes with the
-//! reference of W1; most of them grow, and each step is checked and timed.
+//! reference of W1; most of them grow, and each step is checked and timed. Built-in models are
+//! workloads by their names, held to the same reference.
 
 mod check;
 mod export;
@@ -126,6 +127,7 @@ fn run_of(workload: Workload, options: &BenchOptions) -> Box<dyn BenchRun> {
         | Workload::Mesh4M
         | Workload::Sizes
         | Workload::Lights
+        | Workload::Model(_)
         | Workload::Hidden => Box::new(scenes::Scenes::new(workload, options, last.unwrap_or(1))),
         Workload::LinesLong | Workload::LinesShort => Box::new(flat::Lines::run_of(workload, options)),
         Workload::PutPixel => Box::new(flat::Pixels::run_of(options)),

@@ -17,7 +17,9 @@ fn small() -> BenchOptions {
 
 #[test]
 fn every_workload_is_held_to_its_truth_and_then_timed() {
-    for workload in Workload::ALL {
+    for workload in
+        Workload::ALL.into_iter().chain(["teapot", "Cornell"].map(|name| Workload::named(name)[0]))
+    {
         let row = run(workload, &small()).unwrap_or_else(|refusal| panic!("{refusal}"));
         assert!(
             row.frames == 2 && row.min_ms > 0.0 && row.median_ms >= row.min_ms && row.p99_ms >= row.median_ms,

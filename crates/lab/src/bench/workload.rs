@@ -1,6 +1,7 @@
 //! Names of the benchmark workloads.
 
 use fbptr_core::scene::Filter;
+use fbptr_formats::models;
 
 /// Benchmark workload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -37,10 +38,12 @@ pub enum Workload {
     Lights,
     /// S7: 32 walls of many faces, nearest first.
     Hidden,
+    /// A built-in model of three dimensions, as `fbptr render` draws it.
+    Model(&'static str),
 }
 
 impl Workload {
-    /// All workloads, in the order of their names.
+    /// All workloads but the built-in models, in the order of their names.
     pub const ALL: [Workload; 18] = [
         Workload::Phong70k,
         Workload::Phong1M,
@@ -87,14 +90,19 @@ impl Workload {
             Workload::Sizes => "S5_sizes",
             Workload::Lights => "S6_lights",
             Workload::Hidden => "S7_hidden",
+            Workload::Model(name) => name,
         }
     }
 
     /// Returns the workloads with a name, or with a name's beginning up to a `_` (`W4` is three),
-    /// in either case. `scenes` is all from S1 on. An unknown name returns an empty list.
+    /// in either case. `scenes` is all from S1 on. A built-in model of three dimensions is a workload
+    /// by its name. An unknown name returns an empty list.
     pub fn named(name: &str) -> Vec<Workload> {
         if name.eq_ignore_ascii_case("scenes") {
             return Self::ALL[Self::OF_PEERS..].to_vec();
+        }
+        if let Some(model) = models::named(name).filter(|model| !model.is_polytope()) {
+            return vec![Workload::Model(model.name)];
         }
         let begins = |w: &Workload| {
             let own = w.name();

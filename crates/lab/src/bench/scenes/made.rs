@@ -5,9 +5,22 @@ use fbptr_core::scene::{
     Attenuation, Corner, Cull, Filter, Geometry, Light, LightKind, Mesh, NONE, Object, Scene, ShadeMode,
     shapes,
 };
+use fbptr_formats::animation::{Animation, FrameOptions};
+use fbptr_formats::load::{LoadMemory, Smoothing};
+use fbptr_formats::models;
 use fbptr_truth::scenes::{Random, object};
 use glam::{DMat4, DVec3};
 use std::sync::Arc;
+
+/// Returns a built-in model of three dimensions on a frame of `size`, with the camera and light that
+/// `fbptr render` gives it.
+pub(super) fn model(name: &str, size: [u32; 2]) -> Scene {
+    let model = models::named(name).expect("a name of the list");
+    let loaded = model.load(Smoothing::Automatic, LoadMemory::unlimited()).expect("the program's own");
+    let options = FrameOptions { size: Some(size), ..FrameOptions::default() };
+    let animation = Animation::new(loaded.file, name.to_owned(), options).expect("it does not turn");
+    animation.scene(0).expect("a camera that fits")
+}
 
 /// Returns S1: walls, floor and ceiling around the eye, a beam, a rail and a carpet through the eye
 /// plane, columns, and a knot in the middle; four lights of three kinds.

@@ -14,7 +14,7 @@ use fbptr_core::scene::Scene;
 use fbptr_truth::{Settings, Transparency, TruthPicture};
 #[cfg(test)]
 use glam::{DMat4, DVec3};
-use made::{boxes, knot, layers, lit_knot, mesh_of, room, walls};
+use made::{boxes, knot, layers, lit_knot, mesh_of, model, room, walls};
 
 /// Returns the name of whatever grows in a workload, and its steps; the last step is the workload
 /// itself.
@@ -79,6 +79,7 @@ impl Scenes {
             }
             Workload::Sizes => (knot(mesh_of(20_000 / divisor)), f64::from(width) * f64::from(height)),
             Workload::Hidden => (walls(divisor), 1.0),
+            Workload::Model(name) => (model(name, size), 1.0),
             Workload::Lights => (lit_knot(mesh_of(20_000 / divisor), step), f64::from(step)),
             _ => (room(divisor), 1.0),
         };
