@@ -36,19 +36,21 @@ const animation = Array.from({ length: 60 }, (_, i) => {
 }).join("");
 
 export const examples = [
-    ["one pixel", `# One pixel. The frame is an array of bytes,
-# four a pixel: R G B A.
-# (x,y) counts from the upper left corner;
+    ["one pixel", `# One pixel. The frame is an array of
+# bytes, four a pixel: R G B A. (x,y)
+# counts from the upper left corner;
 # its offset is (width*y + x)*4.
 SIZE 48 36
 PX 24 18 ffffff
-# The same by its offset: (48*18 + 26)*4 = 3560.
+# The same by its offset: (48*18 +
+# 26)*4 = 3560.
 POKE 3560 ffb000ff
 PX 24 18
 PEEK 3560 4
 `],
-    ["lines", `# Lines after Bresenham: whole numbers only,
-# both ends lit, a ramp from end to end.
+    ["lines", `# Lines after Bresenham: whole
+# numbers only, both ends lit, a ramp
+# from end to end.
 SIZE 160 120
 LINE 80 60 156 60 ff0000 ffff00
 LINE 80 60 156 24 ff4000 ffff00
@@ -63,8 +65,9 @@ LINE 80 60 116 106 8000ff ff00ff
 LINE 80 60 156 96 ff0080 ff00ff
 LINE -2000000000 114 2000000000 114 808ca5
 `],
-    ["areas", `# A pixel belongs to an area when its centre
-# lies inside; two that share an edge share no pixel.
+    ["areas", `# A pixel belongs to an area when its
+# centre lies inside; two that share
+# an edge share no pixel.
 SIZE 480 360
 CLEAR #0e1420
 FILLRECT 40 40 160 100 #5b8cff
@@ -78,8 +81,9 @@ PRINT 16 340 white areas, blending and a ramp
 `],
     ["edges of a teapot", teapot("wire", "The edges of Newell's teapot,\n# through a camera.")],
     ["flat", teapot("flat", "Flat: every face has one colour.")],
-    ["Phong", teapot("phong", "Phong: the normals run between the vertices,\n# every pixel is lit. Drag to turn it.")],
-    ["a texture", `# A picture of two by two pixels on a box.
+    ["Phong", teapot("phong", "Phong: the normals run between the\n# vertices, every pixel is lit.\n# Drag to turn it.")],
+    ["a texture", `# A picture of two by two pixels on a
+# box.
 SIZE 480 360
 CLEAR #161d2c
 TEX chess :50
@@ -90,12 +94,13 @@ TEXTURE chess nearest
 ROTATE 1 1 0 40deg
 DRAW box
 `],
-    ["a knot in two lights", `# Material, two lights, a matrix. Click a pixel
-# to read all numbers of its way.
+    ["a knot in two lights", `# Material, two lights, a matrix.
+# Click a pixel to read all numbers
+# of its way.
 SIZE 480 360
 CLEAR #0e1420
 MESH knot KNOT 160 24
-LOOKAT 0 0 9 0 0 0 0 1 0
+LOOKAT 0 0 6.6 0 0 0 0 1 0
 PERSPECTIVE 45deg 0.1 100
 AMBIENT .12 .12 .16
 LIGHT 0 POINT 5 6 7 1 .9 .7
@@ -104,17 +109,19 @@ MATERIAL .4 .4 .4 .8 .6 .2 .7 .7 .7 50
 ROTATE 1 0 0 20deg
 DRAW knot
 `],
-    ["a room (cornell)", `# An X3D scene: the room of \`fbptr view cornell\`.
-# Drag to turn it.
+    ["a room (cornell)", `# An X3D scene: the room of \`fbptr
+# view cornell\`. Drag to turn it.
 SIZE 480 360
-SCENE ${payload(cornell)}DRAWSCENE
+SCENE X3D ${payload(cornell)}DRAWSCENE
 `],
-    ["an animation", `# PRESENT ends a frame. "Play" shows them one by one.
+    ["an animation", `# PRESENT ends a frame. "Play" shows
+# them one by one.
 SIZE 480 360
 AUTO off
 ${animation}`],
-    ["four dimensions", `# The simplex of four dimensions on a flat screen.
-# Turn it in the planes below the picture.
+    ["four dimensions", `# The simplex of four dimensions on a
+# flat screen. Turn it in the planes
+# below the picture.
 SIZE 480 360
 CLEAR #0e1420
 EYE cell ${payload(simplex())}DRAWEYE cell 0 0 480 360
