@@ -67,6 +67,45 @@ def _refused(code, verb, why):
     return refused([(0, 0, verb, code, why)])
 
 
+def _batch(numbers, color):
+    """Returns the numbers of many figures as doubles, and their colours as bytes R, G, B, A."""
+    if hasattr(numbers, "__array_interface__"):
+        import numpy
+
+        numbers = numpy.ascontiguousarray(numbers, numpy.float64).reshape(-1)
+    else:
+        from array import array
+
+        numbers = array("d", _flat(numbers))
+    shape = getattr(color, "shape", ())
+    if len(shape) == 2 and shape[1] in (3, 4):
+        import numpy
+
+        color = numpy.asarray(color, numpy.uint8)
+        if shape[1] == 3:
+            color = numpy.concatenate([color, numpy.full((shape[0], 1), 255, numpy.uint8)], axis=1)
+        return numbers, numpy.ascontiguousarray(color).reshape(-1)
+    is_one = isinstance(color, (str, bytes)) or not any(hasattr(part, "__len__") for part in color)
+    return numbers, b"".join(map(_rgba, [color] if is_one else color))
+
+
+def _flat(values):
+    """Returns the numbers of nested lists, tuples and arrays in their order."""
+    for value in values:
+        if hasattr(value, "__iter__"):
+            yield from _flat(value)
+        else:
+            yield value
+
+
+def _rgba(color):
+    """Returns the bytes R, G, B, A of a colour."""
+    found = _native.colour(color) if isinstance(color, str) else tuple(color)
+    if found is None or len(found) not in (3, 4):
+        raise _refused("ECOLOUR", "PX", "a colour is a name, \"#rrggbb\" or 3 or 4 numbers, got %r" % (color,))
+    return bytes(found) + b"\xff"[: 4 - len(found)]
+
+
 def _triple(value, what, verb):
     if isinstance(value, str) and value in _AXES:
         return _AXES[value]
@@ -122,6 +161,34 @@ class Handy(_Base):
 
         pack = Struct("<HH4B").pack
         self._call("POINTS", b"".join(pack(x, y, *(tuple(c) + (255,))[:4]) for x, y, c in items))
+
+    def points(self, points: Any, color: Any = None) -> None:
+        """Sets many pixels to a colour, or each to its own: `points` is an array or a list of shape
+        (n, 2), `color` a colour, or an array or a list of n colours. Without a colour, `points` is the
+        bytes of POINTS.
+        """
+        if color is None:
+            self._call("POINTS", points)
+        else:
+            self._batch("points", *_batch(points, color))
+
+    def lines(self, ends: Any, color: Any) -> None:
+        """Draws many lines as `line` does: `ends` is an array or a list of shape (n, 4), x0, y0, x1, y1
+        of each; `color` is one colour, or an array or a list of n colours.
+        """
+        self._batch("lines", *_batch(ends, color))
+
+    def rects(self, rects: Any, color: Any) -> None:
+        """Fills many rectangles as `fillrect` does: shape (n, 4), x, y, w, h of each; colours as of
+        `lines`.
+        """
+        self._batch("rects", *_batch(rects, color))
+
+    def discs(self, discs: Any, color: Any) -> None:
+        """Fills many discs as `fillcircle` does: shape (n, 3), cx, cy, r of each; colours as of
+        `lines`.
+        """
+        self._batch("discs", *_batch(discs, color))
 
     def peek(self, offset: int, n: int = 1) -> bytes:
         """Returns n bytes of video memory from byte `offset` = (width * y + x) * 4 on."""

@@ -4,6 +4,7 @@
 
 use crate::access::{Length, Shared, State};
 use crate::arguments;
+use crate::batches::Batch;
 use crate::errors::{self, Refused};
 use crate::offsets::{self, Place};
 use crate::paths::FilePath;
@@ -179,6 +180,25 @@ impl Framebuffer {
             (out, false)
         })?;
         answer(py, ran)
+    }
+
+    /// Draws many figures of one kind: rows of numbers, and one colour of four bytes or one a row.
+    fn _batch(
+        &self,
+        py: Python<'_>,
+        kind: &str,
+        numbers: &Bound<'_, PyAny>,
+        colors: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
+        let batch = Batch::new(kind, numbers, colors)?;
+        let ran = self.shared.with(py, Length::Long, |state| {
+            let mut out = Output::default();
+            for command in batch.commands() {
+                let _ = state.stream.run(&mut state.engine, command, &mut out, Budget::NONE);
+            }
+            (out, false)
+        })?;
+        answer(py, ran).map(|_| ())
     }
 
     /// Runs a text of commands; returns the replies.

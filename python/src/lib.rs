@@ -9,6 +9,7 @@
 
 mod access;
 mod arguments;
+mod batches;
 mod errors;
 mod framebuffer;
 mod items;
@@ -20,7 +21,7 @@ mod slots;
 mod view;
 mod window;
 
-use fbptr::command::{Encoding, Reply, help_on, parse_light_color};
+use fbptr::command::{Encoding, Reply, help_on, parse_color, parse_light_color};
 use pyo3::prelude::*;
 use slots::SlotKind;
 
@@ -80,6 +81,12 @@ fn light_colour(text: &str) -> Option<[f64; 3]> {
     parse_light_color(text.as_bytes())
 }
 
+/// Returns the bytes R, G, B, A of a colour that is text; `None` if it is no colour.
+#[pyfunction]
+fn colour(text: &str) -> Option<[u8; 4]> {
+    parse_color(items::colour_word(text).as_bytes())
+}
+
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
@@ -95,5 +102,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(verbs, module)?)?;
     module.add_function(wrap_pyfunction!(help, module)?)?;
     module.add_function(wrap_pyfunction!(light_colour, module)?)?;
+    module.add_function(wrap_pyfunction!(colour, module)?)?;
     Ok(())
 }

@@ -445,6 +445,46 @@ def test_traces_and_plans():
     assert "no 3-D draw" in fb.trace(32, 24)
 
 
+def test_batches_draw_what_their_verbs_draw():
+    numpy = pytest.importorskip("numpy")
+    rows = numpy.random.default_rng(7).integers(-20, 90, (200, 4))
+    colors = numpy.random.default_rng(8).integers(0, 256, (200, 4)).astype(numpy.uint8)
+    fb, one = fbptr.Framebuffer(64, 48), fbptr.Framebuffer(64, 48)
+    for both in (fb, one):
+        both.blend("over")
+    ways = {
+        "lines": (rows, lambda r, c: one.line(*map(int, r), c)),
+        "rects": (abs(rows) * 0.5, lambda r, c: one.fillrect(*r, c)),
+        "discs": (abs(rows[:, :3]) * 0.25, lambda r, c: one.fillcircle(*r, c)),
+        "points": (rows[:, :2], lambda r, c: one.px(int(r[0]), int(r[1]), c)),
+    }
+    for name, (numbers, each) in ways.items():
+        for taken in (colors, colors[:, :3], "#ff800080"):
+            getattr(fb, name)(numbers, taken)
+            for i, row in enumerate(numbers):
+                each(row, taken if isinstance(taken, str) else tuple(map(int, taken[i])))
+            assert fb.crc() == one.crc(), name
+    fb.clear()
+    fb.lines([(0, 0, 63, 47), (0, 47, 63, 0)], ["red", (0, 255, 0)])
+    one.clear()
+    one.line(0, 0, 63, 47, "red")
+    one.line(0, 47, 63, 0, "#00ff00")
+    assert fb.crc() == one.crc()
+    for call in (
+        lambda: fb.lines([(0, 0, 5)], "red"),
+        lambda: fb.lines([(0, 0, 5, 0.5)], "red"),
+        lambda: fb.lines([(0, 0, 5, 3e9)], "red"),
+        lambda: fb.discs([(0, 0, float("nan"))], "red"),
+        lambda: fb.lines([(0, 0, 5, 5)] * 3, ["red", "lime"]),
+    ):
+        with pytest.raises(ValueError):
+            call()
+    with pytest.raises(fbptr.CommandError):
+        fb.lines([(0, 0, 5, 5)], "no colour")
+    with pytest.raises(fbptr.CommandError):
+        fb.discs([(0, 0, -1)], "red")
+
+
 def test_methods_have_signatures_and_second_names():
     import inspect
 

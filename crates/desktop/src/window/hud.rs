@@ -69,6 +69,11 @@ fn place_beside(
     };
     let is_clear = |corner: &Corner| covered(corner.place(canvas_size, size)).is_none();
     let clear: Vec<Corner> = corners.iter().copied().filter(is_clear).collect();
+    // The fourth part of a split screen has no picture.
+    if !captions.is_empty() && clear.contains(&Corner::BottomRight) {
+        *corner = Corner::BottomRight;
+        return Some(corner.place(canvas_size, size));
+    }
     if !clear.is_empty() {
         *corner = Corner::choose(Some(*corner), &clear, canvas, size);
         return Some(corner.place(canvas_size, size));
