@@ -4,7 +4,7 @@ Made from the verb table: BLESS=1 python -m pytest python/tests/test_stubs.py
 """
 
 import os
-from typing import Any, overload
+from typing import Any, Literal, overload
 
 from . import _native
 from ._questions import Questions
@@ -61,12 +61,6 @@ class Framebuffer(Handy, Questions, _native.Framebuffer):
         h: whole number, pixels
         dx: whole number, pixels
         dy: whole number, pixels
-        """
-
-    def points(self, packed: Bytes | str) -> None:
-        """`POINTS :N`: draws packed pixels, 8 bytes each: x and y as u16 little-endian, r, g, b, a.
-
-        packed: bytes, an array of bytes, or text in UTF-8
         """
 
     def clear(self, colour: Color = ...) -> None:
@@ -171,6 +165,8 @@ class Framebuffer(Handy, Questions, _native.Framebuffer):
         c: colour: a name, "#rrggbb", or 3 or 4 numbers from 0 to 255
         """
 
+    fill_rect = fillrect
+
     def circle(self, cx: Number, cy: Number, r: Number, c: Color) -> None:
         """`CIRCLE cx cy r c`: draws a circle about a pixel.
 
@@ -189,6 +185,8 @@ class Framebuffer(Handy, Questions, _native.Framebuffer):
         c: colour: a name, "#rrggbb", or 3 or 4 numbers from 0 to 255
         """
 
+    fill_circle = fillcircle
+
     def poly(self, c: Color, *points: Any) -> None:
         """`POLY c x0 y0 [x1 y1 ...]`: draws a closed outline.
 
@@ -202,6 +200,8 @@ class Framebuffer(Handy, Questions, _native.Framebuffer):
         c: colour: a name, "#rrggbb", or 3 or 4 numbers from 0 to 255
         points: numbers and words as the form says, also in tuples, lists and arrays, pixels
         """
+
+    fill_poly = fillpoly
 
     def text(self, x: Number, y: Number, c: Color, utf8: Bytes | str) -> None:
         """`TEXT x y c :N`: writes N bytes of UTF-8 in 8x8 letters from the upper left corner (x,y).
@@ -243,6 +243,8 @@ class Framebuffer(Handy, Questions, _native.Framebuffer):
         c: colour: a name, "#rrggbb", or 3 or 4 numbers from 0 to 255
         """
 
+    wide_line = wideline
+
     @overload
     def ellipse(
         self,
@@ -282,6 +284,8 @@ class Framebuffer(Handy, Questions, _native.Framebuffer):
         ry: number, pixels
         c: colour: a name, "#rrggbb", or 3 or 4 numbers from 0 to 255
         """
+
+    fill_ellipse = fillellipse
 
     @overload
     def arc(
@@ -357,7 +361,9 @@ class Framebuffer(Handy, Questions, _native.Framebuffer):
         c: colour: a name, "#rrggbb", or 3 or 4 numbers from 0 to 255
         """
 
-    def blend(self, mode: str) -> None:
+    line_aa = lineaa
+
+    def blend(self, mode: Literal["replace", "over"]) -> None:
         """`BLEND replace|over`: stores colours as they are, or composes them source-over.
 
         mode: one of "replace", "over"
@@ -378,13 +384,15 @@ class Framebuffer(Handy, Questions, _native.Framebuffer):
         size: one of "1", "2", "3", "4", "5", "6", "7", "8"
         """
 
+    text_size = textsize
+
     def free(self, name: str) -> None:
         """`FREE name`: forgets a mesh, texture, scene or canvas.
 
         name: name without blanks
         """
 
-    def load(self, kind: str, *name: Any) -> None:
+    def load(self, kind: Literal["MESH", "TEX", "SCENE"], *name: Any) -> None:
         """`LOAD MESH|TEX name path`: loads a file of the server's own folder.
         `LOAD SCENE path`: loads an X3D file of the server's own folder.
 
@@ -447,7 +455,7 @@ class Framebuffer(Handy, Questions, _native.Framebuffer):
     @overload
     def oblique(
         self,
-        kind: str,
+        kind: Literal["cavalier", "cabinet"],
         angle: Number | str,
         l: Number | str,
         r: Number | str,
@@ -459,7 +467,7 @@ class Framebuffer(Handy, Questions, _native.Framebuffer):
     @overload
     def oblique(
         self,
-        kind: str,
+        kind: Literal["cavalier", "cabinet"],
         angle_rad: Number | str,
         window: Numbers,
         near: Number | str,
@@ -521,6 +529,8 @@ class Framebuffer(Handy, Questions, _native.Framebuffer):
         far: number, units of the world
         """
 
+    pseudo_iso = pseudoiso
+
     @overload
     def window(
         self,
@@ -562,9 +572,16 @@ class Framebuffer(Handy, Questions, _native.Framebuffer):
         """
 
     @overload
-    def viewport(self, x: Number, y: Number, w: Number, h: Number, rule: str | None = ...) -> None: ...
+    def viewport(
+        self,
+        x: Number,
+        y: Number,
+        w: Number,
+        h: Number,
+        rule: Literal["centres", "corners"] | None = ...,
+    ) -> None: ...
     @overload
-    def viewport(self, rect: Numbers, rule: str | None = ...) -> None:
+    def viewport(self, rect: Numbers, rule: Literal["centres", "corners"] | None = ...) -> None:
         """`VIEWPORT x y w h [centres|corners]`: puts the picture into a part of the frame.
 
         x: whole number, pixels
@@ -622,25 +639,25 @@ class Framebuffer(Handy, Questions, _native.Framebuffer):
         matrix: numbers and words as the form says, also in tuples, lists and arrays, 4 x 4, row by row
         """
 
-    def shade(self, mode: str) -> None:
+    def shade(self, mode: Literal["wire", "flat", "gouraud", "phong"]) -> None:
         """`SHADE wire|flat|gouraud|phong`: chooses how faces are coloured.
 
         mode: one of "wire", "flat", "gouraud", "phong"
         """
 
-    def cull(self, mode: str) -> None:
+    def cull(self, mode: Literal["back", "front", "none"]) -> None:
         """`CULL back|front|none`: chooses the faces to leave out.
 
         mode: one of "back", "front", "none"
         """
 
-    def hide(self, mode: str) -> None:
+    def hide(self, mode: Literal["zbuffer", "painter", "none"]) -> None:
         """`HIDE zbuffer|painter|none`: chooses how hidden surfaces are found.
 
         mode: one of "zbuffer", "painter", "none"
         """
 
-    def interp(self, mode: str) -> None:
+    def interp(self, mode: Literal["perspective", "affine"]) -> None:
         """`INTERP perspective|affine`: chooses how values run across a face.
 
         mode: one of "perspective", "affine"
@@ -652,6 +669,8 @@ class Framebuffer(Handy, Questions, _native.Framebuffer):
         time: number, seconds (may be left out)
         sorted: True or False (may be left out)
         """
+
+    draw_scene = drawscene
 
     @overload
     def draweye(self, name: str, x: Number, y: Number, w: Number, h: Number) -> None: ...
@@ -665,6 +684,8 @@ class Framebuffer(Handy, Questions, _native.Framebuffer):
         w: whole number, pixels
         h: whole number, pixels
         """
+
+    draw_eye = draweye
 
     def hello(self) -> list[str]:
         """`HELLO`: answers HELLO fbptr 1 width height stride rgba."""

@@ -43,7 +43,7 @@ impl Batch {
         let (colors, rest) = bytes.as_chunks::<4>();
         let batch = Batch { kind, numbers, colors: colors.to_vec() };
         let (per, count) = (batch.per(), batch.len());
-        if batch.numbers.len() % per != 0 {
+        if !batch.numbers.len().is_multiple_of(per) {
             let message = format!("each takes {per} numbers, got {} in all", batch.numbers.len());
             return Err(PyValueError::new_err(message));
         }

@@ -1,6 +1,6 @@
 //! Colours of pixels, lines, areas and light.
 
-use super::{Argument, TextArgument, finite, light_form};
+use super::{Argument, TextArgument, finite, from_zero, light_form};
 use crate::args::{Args, ParseError};
 use crate::commands::{AreaColors, RampColor};
 use crate::encode::{EncodeError, LineWriter};
@@ -128,6 +128,11 @@ impl Argument for RawColor {
 /// The colour of light as the only argument: three reals, or one word.
 pub struct LightColor;
 
+/// Checks that light takes nothing away: sums of negative colours have no meaning.
+pub(super) fn not_negative(color: DVec3) -> Result<(), Fault> {
+    color.to_array().into_iter().try_for_each(|channel| from_zero("colour of light", channel))
+}
+
 impl Argument for LightColor {
     type Value = DVec3;
     const KIND: ParameterKind = ParameterKind::Words;
@@ -135,6 +140,10 @@ impl Argument for LightColor {
 
     fn check_numbers(color: &DVec3) -> Result<(), Fault> {
         finite(&color.to_array())
+    }
+
+    fn check_sizes(color: &DVec3) -> Result<(), Fault> {
+        not_negative(*color)
     }
 
     fn write(color: &DVec3, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {

@@ -1,5 +1,6 @@
 //! Sources of meshes and kinds of lights: a word that decides about those after it.
 
+use super::colors::not_negative;
 use super::{Argument, TextArgument, expect_left, finite, from_zero, light_form};
 use crate::args::{Args, ParseError};
 use crate::commands::{LightCommand, MeshSource};
@@ -166,6 +167,15 @@ impl Argument for LightCommand {
                 finite(&[*angle_rad, *exponent])?;
                 fading(attenuation)
             }
+            LightCommand::Off => Ok(()),
+        }
+    }
+
+    fn check_sizes(light: &LightCommand) -> Result<(), Fault> {
+        match light {
+            LightCommand::Point { color, .. }
+            | LightCommand::Dir { color, .. }
+            | LightCommand::Spot { color, .. } => not_negative(*color),
             LightCommand::Off => Ok(()),
         }
     }
