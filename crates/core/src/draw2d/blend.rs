@@ -1,7 +1,7 @@
 //! Blending of a source colour with the frame: stored unchanged, or composited over it.
 
 use crate::memory::{Rgba, over};
-use crate::simd::fill_pixels;
+use crate::simd::{Kernel, Level, Simd, fill_pixels};
 
 /// Blend mode, set by the `BLEND` command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -52,9 +52,18 @@ impl Paint {
     }
 }
 
+/// Applies [`over`] to every pixel.
+fn compose_run(color: Rgba, pixels: &mut [Rgba]) {
+    match pixels.len() < WIDE {
+        true => compose_color(color, pixels),
+        false => Level::best().dispatch(Composed { source: None, color, dest: pixels }),
+    }
+}
+
 /// Applies [`over`] to every pixel: terms of the source alone are computed once, four pixels side
 /// by side.
-fn compose_run(color: Rgba, pixels: &mut [Rgba]) {
+#[inline(always)]
+fn compose_color(color: Rgba, pixels: &mut [Rgba]) {
     let a = u16::from(color[3]);
     // s a + 127; with d (255 - a) at most 255 * 255 + 127.
     let source: [u16; 16] =
@@ -84,20 +93,55 @@ pub(super) fn run_of_many(blend: Blend, source: &[Rgba], dest: &mut [Rgba]) {
     }
 }
 
-/// Applies [`over`] pixel by pixel, two channels in each half of a word.
+/// Applies [`over`] pixel by pixel.
 fn compose_many(source: &[Rgba], dest: &mut [Rgba]) {
-    const EVEN: u32 = 0x00FF_00FF;
+    if dest.len() >= WIDE {
+        return Level::best().dispatch(Composed { source: Some(source), color: [0; 4], dest });
+    }
     for (dest, source) in dest.iter_mut().zip(source) {
-        let (s, d) = (u32::from_le_bytes(*source), u32::from_le_bytes(*dest));
-        let a = s >> 24;
-        let mix = |s: u32, d: u32| {
-            // Both fields stay below 2^16; the division is `div_255`.
-            let v = s * a + d * (255 - a) + 127 * 0x0001_0001;
-            ((v + 0x0001_0001 + ((v >> 8) & EVEN)) >> 8) & EVEN
-        };
-        let opaque = s | 0xFF00_0000;
-        let mixed = mix(opaque & EVEN, d & EVEN) | (mix((opaque >> 8) & EVEN, (d >> 8) & EVEN) << 8);
-        *dest = mixed.to_le_bytes();
+        *dest = compose(*source, *dest);
+    }
+}
+
+/// Applies [`over`], two channels in each half of a word.
+#[inline(always)]
+pub(super) fn compose(source: Rgba, dest: Rgba) -> Rgba {
+    const EVEN: u32 = 0x00FF_00FF;
+    let (s, d) = (u32::from_le_bytes(source), u32::from_le_bytes(dest));
+    let a = s >> 24;
+    let mix = |s: u32, d: u32| {
+        // Both fields stay below 2^16; the division is `div_255`.
+        let v = s * a + d * (255 - a) + 127 * 0x0001_0001;
+        ((v + 0x0001_0001 + ((v >> 8) & EVEN)) >> 8) & EVEN
+    };
+    let opaque = s | 0xFF00_0000;
+    let mixed = mix(opaque & EVEN, d & EVEN) | (mix((opaque >> 8) & EVEN, (d >> 8) & EVEN) << 8);
+    mixed.to_le_bytes()
+}
+
+/// Pixels of a run from which the widest vectors pay: their code is called, not inlined.
+const WIDE: usize = 16;
+
+/// A run of pixels of one colour or of a source each, composited at a level's width of vectors.
+struct Composed<'a> {
+    source: Option<&'a [Rgba]>,
+    color: Rgba,
+    dest: &'a mut [Rgba],
+}
+
+impl Kernel for Composed<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        match self.source {
+            None => compose_color(self.color, self.dest),
+            Some(source) => {
+                for (dest, source) in self.dest.iter_mut().zip(source) {
+                    *dest = compose(*source, *dest);
+                }
+            }
+        }
     }
 }
 
