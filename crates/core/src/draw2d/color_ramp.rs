@@ -94,10 +94,17 @@ impl ColorRamp {
     }
 
     /// Returns the ramp `steps` pixels further.
+    #[inline]
     pub(super) fn after(&self, steps: usize) -> Self {
         let value =
             std::array::from_fn(|k| self.value[k].wrapping_add(self.step[k].wrapping_mul(steps as u64)));
         ColorRamp { value, ..*self }
+    }
+
+    /// Returns the upper halves of the values and of their increments.
+    #[inline(always)]
+    pub(super) fn upper_words(&self) -> ([u32; 4], [u32; 4]) {
+        (self.value.map(|v| (v >> 32) as u32), self.step.map(|s| (s >> 32) as u32))
     }
 
     /// Sets channel k to `byte` from here on, never doubtful.

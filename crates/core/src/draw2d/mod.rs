@@ -36,6 +36,7 @@ mod line_aa;
 #[doc(hidden)]
 pub mod look;
 mod pixels;
+mod ramp_row;
 mod rect;
 mod row_ends;
 mod row_search;

@@ -12,12 +12,14 @@
 //! reference is the plain f64 path at all pixels, and the reference renderer (`truth`) where the
 //! plain path has only one of several accepted results. W6 and W7 are lines and pixels; their
 //! reference is the simplest loop, which is timed, too. S1 to S7 are other scenes with the
-//! reference of W1; most of them grow, and each step is checked and timed.
+//! reference of W1; most of them grow, and each step is checked and timed. Workloads in two dimensions
+//! are [`PlaneWork`]s: streams through the engine.
 
 mod check;
 mod export;
 mod flat;
 mod frame;
+mod plane;
 mod row;
 mod scenes;
 mod space;
@@ -25,6 +27,7 @@ mod workload;
 
 pub use check::{Check, Refusal};
 pub use export::{ExportedFile, export};
+pub use plane::{PlaneOptions, PlaneRow, PlaneWork, plane_stream, plane_truth, run_plane};
 pub use row::{Row, ScalingFit, Twin};
 pub use workload::Workload;
 
