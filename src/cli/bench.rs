@@ -63,7 +63,7 @@ fn depth_format(name: &str) -> Result<Depth, String> {
 fn workloads(name: &str) -> Result<Named, String> {
     match (Workload::named(name), PlaneWork::named(name)) {
         (none, no_figures) if none.is_empty() && no_figures.is_empty() => {
-            let plane = PlaneWork::ALL.iter().map(|w| w.name());
+            let plane = PlaneWork::ALL.map(PlaneWork::name);
             let names: Vec<_> = Workload::ALL.map(Workload::name).into_iter().chain(plane).collect();
             Err(format!("expected W1 to W7, S1 to S7, scenes, 2d, or one of {}", names.join(", ")))
         }

@@ -30,86 +30,113 @@ pub(super) fn picture_pixel(x: i32, y: i32) -> Rgba {
     [(x ^ y) as u8, (3 * x + 5 * y) as u8, (x >> 3) as u8, 255]
 }
 
-macro_rules! plane_works {
-    ($($(#[$doc:meta])* $variant:ident $name:literal $count:literal $over:literal,)*) => {
-        /// Workload of figures in two dimensions.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum PlaneWork {
-            $($(#[$doc])* $variant,)*
-        }
-
-        impl PlaneWork {
-            /// Every workload.
-            pub const ALL: &[PlaneWork] = &[$(PlaneWork::$variant),*];
-
-            /// Returns the name on the command line.
-            pub const fn name(self) -> &'static str {
-                match self {
-                    $(PlaneWork::$variant => $name,)*
-                }
-            }
-
-            /// Returns the number of figures at full size.
-            pub const fn count(self) -> usize {
-                match self {
-                    $(PlaneWork::$variant => $count,)*
-                }
-            }
-
-            /// Returns whether it is drawn under `BLEND over`, half transparent.
-            pub const fn is_over(self) -> bool {
-                match self {
-                    $(PlaneWork::$variant => $over,)*
-                }
-            }
-        }
-    };
-}
-
-plane_works! {
+/// Workload of figures in two dimensions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlaneWork {
     /// Rectangles of 400x300.
-    Rects "2d_rects" 500 false,
+    Rects,
     /// The same, half transparent.
-    RectsOver "2d_rects_over" 500 true,
+    RectsOver,
     /// Discs of radius 60.
-    Discs "2d_discs" 1000 false,
+    Discs,
     /// The same, half transparent.
-    DiscsOver "2d_discs_over" 1000 true,
+    DiscsOver,
     /// Triangles within boxes of 160 pixels, one colour.
-    Triangles "2d_triangles" 2000 false,
+    Triangles,
     /// The same in three colours.
-    TrianglesThree "2d_triangles_three" 2000 false,
+    TrianglesThree,
     /// The same in three half transparent colours.
-    TrianglesThreeOver "2d_triangles_three_over" 2000 true,
+    TrianglesThreeOver,
     /// Lines all over the frame.
-    Lines "2d_lines" 5000 false,
+    Lines,
     /// Anti-aliased lines all over the frame.
-    SmoothLines "2d_lines_aa" 1000 false,
+    SmoothLines,
     /// Lines all over the frame, 8 wide with round ends.
-    WideLines "2d_lines_wide" 1000 false,
+    WideLines,
     /// Stars of five points and radius 60.
-    Stars "2d_stars" 1000 false,
+    Stars,
     /// Pictures as large as the frame.
-    Pictures "2d_pictures" 20 false,
+    Pictures,
     /// Lines of 54 letters.
-    Text "2d_text" 1000 false,
+    Text,
     /// Pixels, one command each.
-    SmallPixels "2d_small_pixels" 100_000 false,
+    SmallPixels,
     /// Rectangles of 4x4.
-    SmallRects "2d_small_rects" 100_000 false,
+    SmallRects,
     /// Lines of about 10 pixels.
-    SmallLines "2d_small_lines" 100_000 false,
+    SmallLines,
     /// Discs of radius 3.
-    SmallDiscs "2d_small_discs" 100_000 false,
+    SmallDiscs,
     /// Single letters.
-    SmallLetters "2d_small_letters" 100_000 false,
+    SmallLetters,
 }
 
 impl PlaneWork {
+    /// Every workload.
+    pub const ALL: [PlaneWork; 18] = [
+        PlaneWork::Rects,
+        PlaneWork::RectsOver,
+        PlaneWork::Discs,
+        PlaneWork::DiscsOver,
+        PlaneWork::Triangles,
+        PlaneWork::TrianglesThree,
+        PlaneWork::TrianglesThreeOver,
+        PlaneWork::Lines,
+        PlaneWork::SmoothLines,
+        PlaneWork::WideLines,
+        PlaneWork::Stars,
+        PlaneWork::Pictures,
+        PlaneWork::Text,
+        PlaneWork::SmallPixels,
+        PlaneWork::SmallRects,
+        PlaneWork::SmallLines,
+        PlaneWork::SmallDiscs,
+        PlaneWork::SmallLetters,
+    ];
+
+    /// Returns its name, the number of its figures at full size, and whether they are half transparent.
+    const fn facts(self) -> (&'static str, usize, bool) {
+        match self {
+            PlaneWork::Rects => ("2d_rects", 500, false),
+            PlaneWork::RectsOver => ("2d_rects_over", 500, true),
+            PlaneWork::Discs => ("2d_discs", 1000, false),
+            PlaneWork::DiscsOver => ("2d_discs_over", 1000, true),
+            PlaneWork::Triangles => ("2d_triangles", 2000, false),
+            PlaneWork::TrianglesThree => ("2d_triangles_three", 2000, false),
+            PlaneWork::TrianglesThreeOver => ("2d_triangles_three_over", 2000, true),
+            PlaneWork::Lines => ("2d_lines", 5000, false),
+            PlaneWork::SmoothLines => ("2d_lines_aa", 1000, false),
+            PlaneWork::WideLines => ("2d_lines_wide", 1000, false),
+            PlaneWork::Stars => ("2d_stars", 1000, false),
+            PlaneWork::Pictures => ("2d_pictures", 20, false),
+            PlaneWork::Text => ("2d_text", 1000, false),
+            PlaneWork::SmallPixels => ("2d_small_pixels", 100_000, false),
+            PlaneWork::SmallRects => ("2d_small_rects", 100_000, false),
+            PlaneWork::SmallLines => ("2d_small_lines", 100_000, false),
+            PlaneWork::SmallDiscs => ("2d_small_discs", 100_000, false),
+            PlaneWork::SmallLetters => ("2d_small_letters", 100_000, false),
+        }
+    }
+
+    /// Returns the name on the command line.
+    pub const fn name(self) -> &'static str {
+        self.facts().0
+    }
+
+    /// Returns the number of figures at full size.
+    pub const fn count(self) -> usize {
+        self.facts().1
+    }
+
+    /// Returns whether it is drawn under `BLEND over`, half transparent.
+    pub const fn is_over(self) -> bool {
+        self.facts().2
+    }
+
     /// Returns the workloads that `name` stands for: `2d` for all, otherwise that of a whole name.
     pub fn named(name: &str) -> Vec<PlaneWork> {
         let name = name.to_ascii_lowercase();
-        Self::ALL.iter().copied().filter(|w| name == "2d" || w.name() == name).collect()
+        Self::ALL.into_iter().filter(|w| name == "2d" || w.name() == name).collect()
     }
 
     /// Returns its figures on a frame of this size.

@@ -194,7 +194,7 @@ mod tests {
 
     #[test]
     fn every_workload_equals_its_definition_and_is_timed() {
-        for &work in PlaneWork::ALL {
+        for work in PlaneWork::ALL {
             let truth = plane_truth(work, small().size);
             let row = run_plane(work, &small(), &truth).unwrap_or_else(|e| panic!("{}: {e}", work.name()));
             assert!(row.frames >= 2 && row.min_ms > 0.0 && row.pixels > 100, "{row:?}");
