@@ -103,20 +103,24 @@ fn compose_many(source: &[Rgba], dest: &mut [Rgba]) {
     }
 }
 
+/// Bytes 0 and 2 of a word.
+const EVEN: u32 = 0x00FF_00FF;
+
 /// Applies [`over`], two channels in each half of a word.
 #[inline(always)]
 pub(super) fn compose(source: Rgba, dest: Rgba) -> Rgba {
-    const EVEN: u32 = 0x00FF_00FF;
     let (s, d) = (u32::from_le_bytes(source), u32::from_le_bytes(dest));
-    let a = s >> 24;
-    let mix = |s: u32, d: u32| {
-        // Both fields stay below 2^16; the division is `div_255`.
-        let v = s * a + d * (255 - a) + 127 * 0x0001_0001;
-        ((v + 0x0001_0001 + ((v >> 8) & EVEN)) >> 8) & EVEN
-    };
-    let opaque = s | 0xFF00_0000;
-    let mixed = mix(opaque & EVEN, d & EVEN) | (mix((opaque >> 8) & EVEN, (d >> 8) & EVEN) << 8);
-    mixed.to_le_bytes()
+    let (opaque, a) = (s | 0xFF00_0000, s >> 24);
+    let even = mix_two(opaque & EVEN, d & EVEN, a);
+    let odd = mix_two((opaque >> 8) & EVEN, (d >> 8) & EVEN, a);
+    (even | odd << 8).to_le_bytes()
+}
+
+/// Mixes bytes 0 and 2 of two words. Both fields stay below 2^16; the division is `div_255`.
+#[inline(always)]
+fn mix_two(s: u32, d: u32, a: u32) -> u32 {
+    let v = s * a + d * (255 - a) + 127 * 0x0001_0001;
+    ((v + 0x0001_0001 + ((v >> 8) & EVEN)) >> 8) & EVEN
 }
 
 /// Pixels of a run from which the widest vectors pay: their code is called, not inlined.
@@ -132,10 +136,17 @@ struct Composed<'a> {
 impl Kernel for Composed<'_> {
     type Output = ();
 
+    /// Plain loops without closures, which a function of wider vectors would call, not inline.
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
         match self.source {
-            None => compose_color(self.color, self.dest),
+            // Four lanes have no products of 32 bits everywhere.
+            None if S::LANES <= 4 => compose_color(self.color, self.dest),
+            None => {
+                for dest in self.dest {
+                    *dest = compose(self.color, *dest);
+                }
+            }
             Some(source) => {
                 for (dest, source) in self.dest.iter_mut().zip(source) {
                     *dest = compose(*source, *dest);

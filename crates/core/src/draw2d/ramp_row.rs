@@ -20,11 +20,7 @@ const MISSING: u32 = BLOCK as u32 + 1;
 /// Paints a row by a ramp that is never doubtful.
 #[inline]
 pub(super) fn paint_ramp(ramp: ColorRamp, row: &mut [Rgba], blend: Blend) {
-    let kernel = RampRow { ramp, row, blend };
-    match kernel.row.len() < BLOCK {
-        true => kernel.plain(),
-        false => Level::best().dispatch(kernel),
-    }
+    Level::best().dispatch(RampRow { ramp, row, blend });
 }
 
 struct RampRow<'a> {
@@ -33,58 +29,66 @@ struct RampRow<'a> {
     blend: Blend,
 }
 
-impl RampRow<'_> {
-    /// Paints pixel by pixel.
-    #[inline]
-    fn plain(mut self) {
-        for pixel in self.row {
-            let color = self.ramp.color();
-            *pixel = if self.blend == Blend::Replace { color } else { compose(color, *pixel) };
-            self.ramp.step();
-        }
-    }
-}
-
 impl Kernel for RampRow<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
-        let RampRow { mut ramp, row, blend } = self;
-        let (_, step) = ramp.upper_words();
-        let steps: [[u32; BLOCK]; 4] = step.map(|step| std::array::from_fn(|i| step.wrapping_mul(i as u32)));
-        let (blocks, rest) = row.as_chunks_mut::<BLOCK>();
-        for block in blocks {
-            let mut colors = [0u32; BLOCK];
-            if !colors_of_block(&ramp, &steps, &mut colors) {
-                colors = one_by_one(ramp);
-            }
-            for (pixel, color) in block.iter_mut().zip(colors) {
-                let color = color.to_le_bytes();
-                *pixel = if blend == Blend::Replace { color } else { compose(color, *pixel) };
-            }
-            ramp = ramp.after(BLOCK);
+        match self.blend {
+            Blend::Replace => paint::<false>(self.ramp, self.row),
+            Blend::Over => paint::<true>(self.ramp, self.row),
         }
-        RampRow { ramp, row: rest, blend }.plain();
     }
 }
 
-/// Computes a block from upper words. Returns whether its colours are certain.
+/// Paints a row in blocks: plain loops without closures, which a function of wider vectors would call,
+/// not inline.
+#[allow(clippy::needless_range_loop, reason = "adaptors of iterators may not be inlined into wider vectors")]
 #[inline(always)]
-fn colors_of_block(ramp: &ColorRamp, steps: &[[u32; BLOCK]; 4], colors: &mut [u32; BLOCK]) -> bool {
-    let (first, _) = ramp.upper_words();
-    let mut changes = 0;
+fn paint<const IS_OVER: bool>(mut ramp: ColorRamp, row: &mut [Rgba]) {
+    let step = ramp.upper_words().1;
+    let mut steps = [[0; BLOCK]; 4];
+    for k in 0..4 {
+        for i in 0..BLOCK {
+            steps[k][i] = step[k].wrapping_mul(i as u32);
+        }
+    }
+    let (blocks, rest) = row.as_chunks_mut::<BLOCK>();
+    for block in blocks {
+        let colors = colors_of_block(&ramp, &steps);
+        for i in 0..BLOCK {
+            let color = colors[i].to_le_bytes();
+            block[i] = if IS_OVER { compose(color, block[i]) } else { color };
+        }
+        ramp = ramp.after(BLOCK);
+    }
+    if !rest.is_empty() {
+        let colors = colors_of_block(&ramp, &steps);
+        for (pixel, color) in rest.iter_mut().zip(colors) {
+            let color = color.to_le_bytes();
+            *pixel = if IS_OVER { compose(color, *pixel) } else { color };
+        }
+    }
+}
+
+/// Computes a block's colours from upper words, or pixel by pixel if they are not certain.
+#[allow(clippy::needless_range_loop, reason = "adaptors of iterators may not be inlined into wider vectors")]
+#[inline(always)]
+fn colors_of_block(ramp: &ColorRamp, steps: &[[u32; BLOCK]; 4]) -> [u32; BLOCK] {
+    let [r0, g0, b0, a0] = ramp.upper_words().0;
+    let (mut colors, mut changes) = ([0; BLOCK], 0);
     for i in 0..BLOCK {
-        let channel = |k: usize| first[k].wrapping_add(steps[k][i]);
-        let [r, g, b, a] = [channel(0), channel(1), channel(2), channel(3)];
-        let change = |v: u32| v ^ v.wrapping_add(MISSING);
-        changes |= change(r) | change(g) | change(b) | change(a);
+        let (r, g) = (r0.wrapping_add(steps[0][i]), g0.wrapping_add(steps[1][i]));
+        let (b, a) = (b0.wrapping_add(steps[2][i]), a0.wrapping_add(steps[3][i]));
+        changes |= r ^ r.wrapping_add(MISSING) | g ^ g.wrapping_add(MISSING);
+        changes |= b ^ b.wrapping_add(MISSING) | a ^ a.wrapping_add(MISSING);
         colors[i] = r >> 24 | g >> 24 << 8 | b >> 24 << 16 | a & 0xff00_0000;
     }
-    changes >> 24 == 0
+    if changes >> 24 == 0 { colors } else { one_by_one(*ramp) }
 }
 
 #[cold]
+#[inline(never)]
 fn one_by_one(mut ramp: ColorRamp) -> [u32; BLOCK] {
     std::array::from_fn(|_| {
         let color = u32::from_le_bytes(ramp.color());
