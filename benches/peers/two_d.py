@@ -31,7 +31,7 @@ os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 import numpy  # noqa: E402
 import pygame  # noqa: E402
 import skia  # noqa: E402
-from PIL import Image, ImageDraw, ImageFont  # noqa: E402
+from PIL import Image, ImageDraw  # noqa: E402
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 SIZE = (1920, 1080)
@@ -114,6 +114,7 @@ class Skia:
             return lambda: canvas.drawImage(image, n[0], n[1], sampling, paint)
         font, text = skia.Font(skia.Typeface(), 10), rest[1]
         font.setEdging(skia.Font.Edging.kAlias)
+        font.setSubpixel(False)
         return lambda: canvas.drawString(text, n[0], n[1] + 8, font, paint)
 
     def clear(self):
@@ -195,8 +196,7 @@ class Pillow:
         if verb == "BLIT":
             image = Image.frombytes("RGBA", (n[2], n[3]), rest)
             return lambda: self.image.paste(image, (n[0], n[1]))
-        font = ImageFont.load_default()
-        return lambda: draw.text((n[0], n[1]), rest[1], fill=color, font=font)
+        return None
 
     def clear(self):
         self.image.paste((0, 0, 0, 255), (0, 0, *SIZE))

@@ -21,7 +21,7 @@
 //! So a row's exact work is bounded by the steps of its colours, wherever the corners are.
 
 use super::color_ramp::{ColorRamp, FRACTION_BITS};
-use super::ramp_row::paint_ramp;
+use super::ramp_row::compose_ramp;
 use super::{Blend, frame, over, run_mut};
 use crate::math::coverage::exact_int::ExactInt;
 use crate::math::coverage::{Corners, doubled_area, scan_triangle};
@@ -120,9 +120,9 @@ pub(super) fn gradient<I: ExactInt>(
         let row = Row { exact: &exact, start, growth: &growth, ramp };
         let run = run_mut(memory, y, xs);
         match blend {
-            _ if !row.ramp.may_be_doubtful() => paint_ramp(row.ramp, run, blend),
-            Blend::Replace => row.paint_in_parts(run, |pixel, color| *pixel = color),
-            Blend::Over => row.paint_in_parts(run, |pixel, color| *pixel = over(color, *pixel)),
+            Blend::Replace => row.paint(run, |pixel, color| *pixel = color),
+            Blend::Over if !row.ramp.may_be_doubtful() => compose_ramp(row.ramp, run),
+            Blend::Over => row.paint(run, |pixel, color| *pixel = over(color, *pixel)),
         }
         memory.mark_row(y as u32);
     });
@@ -138,8 +138,19 @@ struct Row<'a, I> {
 }
 
 impl<I: ExactInt> Row<'_, I> {
-    /// Calls `put` with each pixel of the span and its colour, in parts: split where a nearly constant
-    /// channel changes its value.
+    /// Calls `put` with each pixel of the span and its colour.
+    fn paint(&self, run: &mut [Rgba], put: impl Fn(&mut Rgba, Rgba)) {
+        if self.ramp.may_be_doubtful() {
+            return self.paint_in_parts(run, put);
+        }
+        let mut ramp = self.ramp;
+        for pixel in run {
+            put(pixel, ramp.color());
+            ramp.step();
+        }
+    }
+
+    /// Paints the span in parts, split where a nearly constant channel changes its value.
     fn paint_in_parts(&self, run: &mut [Rgba], put: impl Fn(&mut Rgba, Rgba)) {
         let levels: [Option<TwoValueRun>; 4] = std::array::from_fn(|k| self.level(k, run.len()));
         let mut ends = levels.map(|l| l.map_or(run.len(), |l| l.end));

@@ -1,12 +1,11 @@
-//! Rows of colours that change linearly, sixteen pixels at a time.
+//! Rows of colours that change linearly, composited sixteen pixels at a time.
 //!
-//! In: a ramp that is exact by itself (never doubtful) and the pixels of a row. Out: the pixels stored
-//! or composited, as [`ColorRamp::color`] and [`ColorRamp::step`] give them one by one, which the tests
+//! In: a ramp that is exact by itself (never doubtful) and the pixels of a row. Out: the pixels with the
+//! ramp's colours over them, as [`ColorRamp::color`] and [`ColorRamp::step`] give them one by one, which the tests
 //! compare. A block is computed from the upper 32 bits of its first value and of the step, whose sum
 //! is at most 16 units below that of all 64 bits; where so little more would change a channel, the
 //! block is computed pixel by pixel.
 
-use super::Blend;
 use super::blend::compose;
 use super::color_ramp::ColorRamp;
 use crate::memory::Rgba;
@@ -17,16 +16,15 @@ const BLOCK: usize = 16;
 /// More than a value of a block may be too low, in units of its lowest bit.
 const MISSING: u32 = BLOCK as u32 + 1;
 
-/// Paints a row by a ramp that is never doubtful.
+/// Composites the colours of a ramp that is never doubtful over a row.
 #[inline]
-pub(super) fn paint_ramp(ramp: ColorRamp, row: &mut [Rgba], blend: Blend) {
-    Level::best().dispatch(RampRow { ramp, row, blend });
+pub(super) fn compose_ramp(ramp: ColorRamp, row: &mut [Rgba]) {
+    Level::best().dispatch(RampRow { ramp, row });
 }
 
 struct RampRow<'a> {
     ramp: ColorRamp,
     row: &'a mut [Rgba],
-    blend: Blend,
 }
 
 impl Kernel for RampRow<'_> {
@@ -34,18 +32,15 @@ impl Kernel for RampRow<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
-        match self.blend {
-            Blend::Replace => paint::<false>(self.ramp, self.row),
-            Blend::Over => paint::<true>(self.ramp, self.row),
-        }
+        compose_blocks(self.ramp, self.row);
     }
 }
 
-/// Paints a row in blocks: plain loops without closures, which a function of wider vectors would call,
+/// Composites a row in blocks: plain loops without closures, which a function of wider vectors would call,
 /// not inline.
 #[allow(clippy::needless_range_loop, reason = "adaptors of iterators may not be inlined into wider vectors")]
 #[inline(always)]
-fn paint<const IS_OVER: bool>(mut ramp: ColorRamp, row: &mut [Rgba]) {
+fn compose_blocks(mut ramp: ColorRamp, row: &mut [Rgba]) {
     let step = ramp.upper_words().1;
     let mut steps = [[0; BLOCK]; 4];
     for k in 0..4 {
@@ -57,16 +52,14 @@ fn paint<const IS_OVER: bool>(mut ramp: ColorRamp, row: &mut [Rgba]) {
     for block in blocks {
         let colors = colors_of_block(&ramp, &steps);
         for i in 0..BLOCK {
-            let color = colors[i].to_le_bytes();
-            block[i] = if IS_OVER { compose(color, block[i]) } else { color };
+            block[i] = compose(colors[i].to_le_bytes(), block[i]);
         }
         ramp = ramp.after(BLOCK);
     }
     if !rest.is_empty() {
         let colors = colors_of_block(&ramp, &steps);
         for (pixel, color) in rest.iter_mut().zip(colors) {
-            let color = color.to_le_bytes();
-            *pixel = if IS_OVER { compose(color, *pixel) } else { color };
+            *pixel = compose(color.to_le_bytes(), *pixel);
         }
     }
 }
@@ -111,18 +104,15 @@ mod tests {
             let near_carry = value.map(|v| v | 0x00ff_ffff_0000_0000);
             for value in [value, near_carry, [255 << 56 | 1 << 55; 4]] {
                 let step = step.map(|s| (s as i64 >> small) as u64);
-                for blend in [Blend::Replace, Blend::Over] {
-                    let ramp = ColorRamp::new(value, step, 0, 0, 1);
-                    let [mut blocks, mut plain] = [(); 2].map(|()| vec![dest; len]);
-                    paint_ramp(ramp, &mut blocks, blend);
-                    let mut pixel_ramp = ramp;
-                    for pixel in &mut plain {
-                        let color = pixel_ramp.color();
-                        *pixel = if blend == Blend::Replace { color } else { crate::draw2d::over(color, *pixel) };
-                        pixel_ramp.step();
-                    }
-                    prop_assert_eq!(blocks, plain);
+                let ramp = ColorRamp::new(value, step, 0, 0, 1);
+                let [mut blocks, mut plain] = [(); 2].map(|()| vec![dest; len]);
+                compose_ramp(ramp, &mut blocks);
+                let mut pixel_ramp = ramp;
+                for pixel in &mut plain {
+                    *pixel = crate::draw2d::over(pixel_ramp.color(), *pixel);
+                    pixel_ramp.step();
                 }
+                prop_assert_eq!(blocks, plain);
             }
         }
     }
