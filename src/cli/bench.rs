@@ -2,18 +2,21 @@
 
 use super::render_args::RenderArgs;
 use super::{FrameSize, Status, output, say_as_program};
-use crate::measure::bench::{self, Air, BenchOptions, Row, Size, Workload};
+use crate::measure::bench::{
+    self, Air, BenchOptions, PlaneOptions, PlaneRow, PlaneWork, Row, Size, Workload,
+};
 use crate::memory::DepthFormat;
+use crate::pipeline::RenderOptions;
 use crate::save;
 use crate::server::Limits;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Holds fixed workloads to the truth, then times them: W1 to W5 in three dimensions, W6 lines, W7 pixels, S1 to S7 other scenes
+/// Holds fixed workloads to the truth, then times them: W1 to W5 in three dimensions, W6 lines, W7 pixels, S1 to S7 other scenes, 2d streams of figures
 #[derive(Debug, Args)]
 pub(super) struct Bench {
-    /// Which: W1 to W7, S1 to S7, `scenes` for all of those, whole names, as W4_tex_nearest, or built-in models, as teapot [default: W1 to W7]
+    /// Which: W1 to W7, S1 to S7, `scenes` for all of those, `2d` for figures in two dimensions, whole names, as W4_tex_nearest, or built-in models, as teapot [default: W1 to W7]
     #[arg(value_name = "WORKLOAD", value_parser = workloads)]
     workloads: Vec<Named>,
     /// Frames to time, fewer where they take longer than 6 seconds
@@ -31,16 +34,16 @@ pub(super) struct Bench {
     /// One JSON object a line instead of a table
     #[arg(long)]
     json: bool,
-    /// Write the meshes, the texture and the truth's pictures into this folder, for other programs, and time nothing
+    /// Write the meshes, the texture, streams of figures and the truth's pictures into this folder, for other programs, and time nothing
     #[arg(long, value_name = "DIR")]
     export: Option<PathBuf>,
     #[command(flatten)]
     drawing: RenderArgs,
 }
 
-/// The workloads of one argument.
+/// The workloads of one argument, of space and of the plane.
 #[derive(Clone, Debug)]
-struct Named(Vec<Workload>);
+struct Named(Vec<Workload>, Vec<PlaneWork>);
 
 /// A depth format by its keyword in the command language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,21 +61,24 @@ fn depth_format(name: &str) -> Result<Depth, String> {
 }
 
 fn workloads(name: &str) -> Result<Named, String> {
-    match Workload::named(name) {
-        none if none.is_empty() => {
-            let names = Workload::ALL.map(Workload::name).join(", ");
+    match (Workload::named(name), PlaneWork::named(name)) {
+        (none, no_figures) if none.is_empty() && no_figures.is_empty() => {
+            let plane = PlaneWork::ALL.map(PlaneWork::name);
+            let names: Vec<_> = Workload::ALL.map(Workload::name).into_iter().chain(plane).collect();
+            let names = names.join(", ");
             Err(format!(
-                "expected W1 to W7, S1 to S7, scenes, a built-in model of three dimensions, or one of {names}"
+                "expected W1 to W7, S1 to S7, scenes, 2d, a built-in model of three dimensions, or one of {names}"
             ))
         }
-        some => Ok(Named(some)),
+        (space, plane) => Ok(Named(space, plane)),
     }
 }
 
 impl Bench {
     pub fn run(&self) -> Status {
         let mut chosen: Vec<Workload> = self.workloads.iter().flat_map(|n| n.0.iter().copied()).collect();
-        if chosen.is_empty() {
+        let figures: Vec<PlaneWork> = self.workloads.iter().flat_map(|n| n.1.iter().copied()).collect();
+        if chosen.is_empty() && figures.is_empty() {
             chosen.extend(&Workload::ALL[..Workload::OF_PEERS]);
         }
         if let Err(error) = Limits::default().check_frame(self.size.width, self.size.height) {
@@ -88,12 +94,12 @@ impl Bench {
             budget: Duration::from_secs(6),
         };
         if let Some(folder) = &self.export {
-            return export(folder, &chosen, &options);
+            return export(folder, &chosen, &figures, &options);
         }
-        if !self.json {
+        if !self.json && !chosen.is_empty() {
             output::print(format!("{HEADER}\n"));
         }
-        let mut status = Status::Success;
+        let mut status = self.run_plane(&figures, &options);
         for workload in chosen {
             match bench::run(workload, &options) {
                 Ok(row) if self.json => output::print(row.json() + "\n"),
@@ -106,6 +112,58 @@ impl Bench {
         }
         status
     }
+}
+
+impl Bench {
+    /// Runs the workloads of the plane, on one thread and on all unless a number is given.
+    fn run_plane(&self, figures: &[PlaneWork], options: &BenchOptions) -> Status {
+        let mut status = Status::Success;
+        if !self.json && !figures.is_empty() {
+            output::print(format!("{PLANE_HEADER}\n"));
+        }
+        let one_thread = RenderOptions { pool: None, ..options.render.clone() };
+        let threads = match (self.drawing.level_and_threads().1.is_some(), &options.render.pool) {
+            (false, Some(_)) => vec![one_thread, options.render.clone()],
+            _ => vec![options.render.clone()],
+        };
+        for &work in figures {
+            let truth = bench::plane_truth(work, options.size);
+            for render in &threads {
+                let options = PlaneOptions {
+                    render: render.clone(),
+                    size: options.size,
+                    frames: options.frames,
+                    budget: options.budget,
+                };
+                match bench::run_plane(work, &options, &truth) {
+                    Ok(row) if self.json => output::print(row.json() + "\n"),
+                    Ok(row) => output::print(plane_line(&row)),
+                    Err(refusal) => {
+                        say_as_program(format_args!("{}: {refusal}", work.name()));
+                        status = Status::Failed;
+                    }
+                }
+            }
+        }
+        status
+    }
+}
+
+const PLANE_HEADER: &str = "workload                 threads  figures  median ms     min ms  ns/figure  ns/pixel  of copying  max error";
+
+fn plane_line(row: &PlaneRow) -> String {
+    format!(
+        "{:<24} {:>7} {:>8} {:>10.3} {:>10.3} {:>10.1} {:>9.3} {:>9.1} % {:>6}/255\n",
+        row.work.name(),
+        row.threads,
+        row.figures,
+        row.median_ms,
+        row.min_ms,
+        row.ns_per_figure(),
+        row.ns_per_pixel(),
+        row.copy_share() * 100.0,
+        row.max_error_steps,
+    )
 }
 
 const HEADER: &str = "workload           threads  simd      median ms     min ms     p99 ms  frames  max error  pixels off  beside";
@@ -136,21 +194,27 @@ fn table_line(row: &Row) -> String {
 }
 
 /// Writes the workloads' data and exact pictures into `folder`.
-fn export(folder: &Path, chosen: &[Workload], options: &BenchOptions) -> Status {
+fn export(folder: &Path, chosen: &[Workload], figures: &[PlaneWork], options: &BenchOptions) -> Status {
     if let Err(error) = std::fs::create_dir_all(folder) {
         say_as_program(format_args!("cannot make {}: {error}", folder.display()));
         return Status::Failed;
     }
-    for (name, bytes) in bench::export(options) {
+    let streams =
+        figures.iter().map(|work| (format!("{}.fbs", work.name()), bench::plane_stream(*work, options.size)));
+    let meshes = if chosen.is_empty() { Vec::new() } else { bench::export(options) };
+    let meshes = meshes.into_iter().map(|(name, bytes)| (name.to_owned(), bytes));
+    for (name, bytes) in meshes.chain(streams) {
         let path = folder.join(name);
         if let Err(error) = crate::save::replace(&path, |out| out.write_all(&bytes)) {
             say_as_program(format_args!("cannot write {}: {error}", path.display()));
             return Status::Failed;
         }
     }
-    for &workload in chosen {
-        let path = folder.join(workload.name()).with_extension("ppm");
-        if let Err(error) = save::to_path(&bench::truth_picture(workload, options), &path) {
+    let space = chosen.iter().map(|w| (w.name(), bench::truth_picture(*w, options)));
+    let plane = figures.iter().map(|w| (w.name(), bench::plane_truth(*w, options.size).0));
+    for (name, picture) in space.chain(plane) {
+        let path = folder.join(name).with_extension("ppm");
+        if let Err(error) = save::to_path(&picture, &path) {
             say_as_program(error);
             return Status::Failed;
         }

@@ -1,7 +1,7 @@
 //! Blending of a source colour with the frame: stored unchanged, or composited over it.
 
 use crate::memory::{Rgba, over};
-use crate::simd::fill_pixels;
+use crate::simd::{Kernel, Level, Simd, fill_pixels};
 
 /// Blend mode, set by the `BLEND` command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -52,9 +52,18 @@ impl Paint {
     }
 }
 
+/// Applies [`over`] to every pixel.
+fn compose_run(color: Rgba, pixels: &mut [Rgba]) {
+    match pixels.len() < WIDE {
+        true => compose_color(color, pixels),
+        false => Level::best().dispatch(Composed { source: None, color, dest: pixels }),
+    }
+}
+
 /// Applies [`over`] to every pixel: terms of the source alone are computed once, four pixels side
 /// by side.
-fn compose_run(color: Rgba, pixels: &mut [Rgba]) {
+#[inline(always)]
+fn compose_color(color: Rgba, pixels: &mut [Rgba]) {
     let a = u16::from(color[3]);
     // s a + 127; with d (255 - a) at most 255 * 255 + 127.
     let source: [u16; 16] =
@@ -84,20 +93,66 @@ pub(super) fn run_of_many(blend: Blend, source: &[Rgba], dest: &mut [Rgba]) {
     }
 }
 
-/// Applies [`over`] pixel by pixel, two channels in each half of a word.
+/// Applies [`over`] pixel by pixel.
 fn compose_many(source: &[Rgba], dest: &mut [Rgba]) {
-    const EVEN: u32 = 0x00FF_00FF;
+    if dest.len() >= WIDE {
+        return Level::best().dispatch(Composed { source: Some(source), color: [0; 4], dest });
+    }
     for (dest, source) in dest.iter_mut().zip(source) {
-        let (s, d) = (u32::from_le_bytes(*source), u32::from_le_bytes(*dest));
-        let a = s >> 24;
-        let mix = |s: u32, d: u32| {
-            // Both fields stay below 2^16; the division is `div_255`.
-            let v = s * a + d * (255 - a) + 127 * 0x0001_0001;
-            ((v + 0x0001_0001 + ((v >> 8) & EVEN)) >> 8) & EVEN
-        };
-        let opaque = s | 0xFF00_0000;
-        let mixed = mix(opaque & EVEN, d & EVEN) | (mix((opaque >> 8) & EVEN, (d >> 8) & EVEN) << 8);
-        *dest = mixed.to_le_bytes();
+        *dest = compose(*source, *dest);
+    }
+}
+
+/// Bytes 0 and 2 of a word.
+const EVEN: u32 = 0x00FF_00FF;
+
+/// Applies [`over`], two channels in each half of a word.
+#[inline(always)]
+pub(super) fn compose(source: Rgba, dest: Rgba) -> Rgba {
+    let (s, d) = (u32::from_le_bytes(source), u32::from_le_bytes(dest));
+    let (opaque, a) = (s | 0xFF00_0000, s >> 24);
+    let even = mix_two(opaque & EVEN, d & EVEN, a);
+    let odd = mix_two((opaque >> 8) & EVEN, (d >> 8) & EVEN, a);
+    (even | odd << 8).to_le_bytes()
+}
+
+/// Mixes bytes 0 and 2 of two words. Both fields stay below 2^16; the division is `div_255`.
+#[inline(always)]
+fn mix_two(s: u32, d: u32, a: u32) -> u32 {
+    let v = s * a + d * (255 - a) + 127 * 0x0001_0001;
+    ((v + 0x0001_0001 + ((v >> 8) & EVEN)) >> 8) & EVEN
+}
+
+/// Pixels of a run from which the widest vectors pay: their code is called, not inlined.
+const WIDE: usize = 16;
+
+/// A run of pixels of one colour or of a source each, composited at a level's width of vectors.
+struct Composed<'a> {
+    source: Option<&'a [Rgba]>,
+    color: Rgba,
+    dest: &'a mut [Rgba],
+}
+
+impl Kernel for Composed<'_> {
+    type Output = ();
+
+    /// Plain loops without closures, which a function of wider vectors would call, not inline.
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        match self.source {
+            // Four lanes have no products of 32 bits everywhere.
+            None if S::LANES <= 4 => compose_color(self.color, self.dest),
+            None => {
+                for dest in self.dest {
+                    *dest = compose(self.color, *dest);
+                }
+            }
+            Some(source) => {
+                for (dest, source) in self.dest.iter_mut().zip(source) {
+                    *dest = compose(*source, *dest);
+                }
+            }
+        }
     }
 }
 

@@ -94,10 +94,25 @@ impl ColorRamp {
     }
 
     /// Returns the ramp `steps` pixels further.
+    #[allow(
+        clippy::needless_range_loop,
+        reason = "adaptors of iterators may not be inlined into wider vectors"
+    )]
+    #[inline(always)]
     pub(super) fn after(&self, steps: usize) -> Self {
-        let value =
-            std::array::from_fn(|k| self.value[k].wrapping_add(self.step[k].wrapping_mul(steps as u64)));
-        ColorRamp { value, ..*self }
+        let mut after = *self;
+        for k in 0..4 {
+            after.value[k] = self.value[k].wrapping_add(self.step[k].wrapping_mul(steps as u64));
+        }
+        after
+    }
+
+    /// Returns the upper halves of the values and of their increments.
+    #[inline(always)]
+    pub(super) fn upper_words(&self) -> ([u32; 4], [u32; 4]) {
+        let ([r, g, b, a], [dr, dg, db, da]) = (self.value, self.step);
+        let upper = [(r >> 32) as u32, (g >> 32) as u32, (b >> 32) as u32, (a >> 32) as u32];
+        (upper, [(dr >> 32) as u32, (dg >> 32) as u32, (db >> 32) as u32, (da >> 32) as u32])
     }
 
     /// Sets channel k to `byte` from here on, never doubtful.

@@ -5,8 +5,9 @@
 //! made in f64 wherever rounding cannot change the result.
 
 use super::blend::Paint;
+use super::row_ends::{NEAR, RowEnds, arc_half, clipped, run_between};
 use super::row_search::{rows_between, run_about};
-use super::{Blend, DrawError, frame, run_mut};
+use super::{Blend, DrawError, frame, paint_rows};
 use crate::math::coverage::exact_int::parts;
 use crate::memory::{Rgba, VideoMemory};
 use num_bigint::BigInt;
@@ -33,13 +34,7 @@ pub fn fill_circle(
     }
     let clip = frame(memory);
     let disc = Disc::new(centre, r);
-    for y in disc.rows(clip.y0..clip.y1) {
-        let xs = disc.row(y, clip.x0..clip.x1);
-        if !xs.is_empty() {
-            paint.run(run_mut(memory, y, xs));
-            memory.mark_row(y as u32);
-        }
-    }
+    paint_rows(memory, paint, disc.rows(clip.y0..clip.y1), |y| disc.row(y, clip.x0..clip.x1));
     Ok(())
 }
 
@@ -49,6 +44,8 @@ pub(super) struct Disc {
     r: f64,
     /// Factor that keeps the squares of the largest numbers finite.
     scale: f64,
+    /// Whether no number is larger than [`NEAR`].
+    is_near: bool,
     exact: OnceCell<ExactDisc>,
 }
 
@@ -65,7 +62,7 @@ impl Disc {
     pub fn new(centre: [f64; 2], r: f64) -> Self {
         let extent = r.max(centre[0].abs()).max(centre[1].abs());
         let scale = if extent > 1e150 { 2f64.powi(-600) } else { 1.0 };
-        Disc { centre, r, scale, exact: OnceCell::new() }
+        Disc { centre, r, scale, is_near: extent <= NEAR, exact: OnceCell::new() }
     }
 
     /// Returns the rows of `ys` that it may touch.
@@ -74,9 +71,31 @@ impl Disc {
         rows_between(cy - self.r, cy + self.r, cy.abs() + self.r, ys)
     }
 
+    /// Returns its pixels among the columns `xs` of row `y`.
+    #[inline]
+    pub fn row(&self, y: i32, xs: Range<i32>) -> Range<i32> {
+        match self.near_row(y) {
+            Some(run) => clipped(run, xs),
+            None => self.plain_row(y, xs),
+        }
+    }
+
+    /// Returns the pixels of row `y`, or `None` if rounding leaves a doubt.
+    #[inline]
+    fn near_row(&self, y: i32) -> Option<Range<i32>> {
+        let [cx, cy] = self.centre;
+        match arc_half(self.r, f64::from(y) + 0.5 - cy) {
+            _ if !self.is_near => None,
+            RowEnds::Half(half) => run_between(cx - half, cx + half),
+            RowEnds::Nothing => Some(0..0),
+            RowEnds::Doubtful => None,
+        }
+    }
+
     /// Returns its pixels among the columns `xs` of row `y`: estimated, then corrected by the exact
     /// test.
-    pub fn row(&self, y: i32, xs: Range<i32>) -> Range<i32> {
+    #[cold]
+    pub fn plain_row(&self, y: i32, xs: Range<i32>) -> Range<i32> {
         let [cx, cy] = self.centre;
         let dy = f64::from(y) + 0.5 - cy;
         let half = ((self.r - dy) * (self.r + dy)).max(0.0).sqrt();
@@ -121,7 +140,7 @@ impl ExactDisc {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::draw2d::raster::{ellipse_definition, lit, memory, picture, real};
+    use crate::draw2d::raster::{ellipse_definition, fractional, lit, memory, picture, real};
     use proptest::prelude::*;
 
     fn check(centre: [f64; 2], r: f64) {
@@ -150,6 +169,16 @@ mod tests {
             let (dx, dy) = (f64::from(i) + 0.5 - x, f64::from(j) + 0.5 - y);
             let r = (dx * dx + dy * dy).sqrt();
             check([x, y], f64::from_bits((r.to_bits() as i64 + if r > 0.0 { ulps } else { 0 }) as u64));
+        }
+
+        #[test]
+        fn every_row_is_that_of_the_exact_test(
+            centre in [fractional(), fractional()], r in fractional(), far in prop::sample::select(vec![0.0, 60_000.0, -60_000.0]),
+        ) {
+            let disc = Disc::new([centre[0] + far, centre[1] + far], r.abs() + far.abs());
+            for y in -3..1100 {
+                prop_assert_eq!(disc.row(y, 0..1920), disc.plain_row(y, 0..1920), "row {}", y);
+            }
         }
 
         #[test]

@@ -21,6 +21,7 @@
 //! So a row's exact work is bounded by the steps of its colours, wherever the corners are.
 
 use super::color_ramp::{ColorRamp, FRACTION_BITS};
+use super::ramp_row::compose_ramp;
 use super::{Blend, frame, over, run_mut};
 use crate::math::coverage::exact_int::ExactInt;
 use crate::math::coverage::{Corners, doubled_area, scan_triangle};
@@ -120,6 +121,7 @@ pub(super) fn gradient<I: ExactInt>(
         let run = run_mut(memory, y, xs);
         match blend {
             Blend::Replace => row.paint(run, |pixel, color| *pixel = color),
+            Blend::Over if !row.ramp.may_be_doubtful() => compose_ramp(row.ramp, run),
             Blend::Over => row.paint(run, |pixel, color| *pixel = over(color, *pixel)),
         }
         memory.mark_row(y as u32);

@@ -5,7 +5,8 @@
 //! coverage by the rectangle about the segment, one pixel wide and with butt ends. The exact
 //! coverage is the area of the square's intersection with the rectangle. It is computed in f64 on a
 //! rectangle that is first clipped near the frame, is accurate to 1e-9 for ends of any size, and is
-//! then rounded to 1/255.
+//! then rounded to 1/255. Between the ends it is stepped along the line ([`stepped`]); at the ends
+//! the rectangle is cut by the squares' borders.
 //!
 //! ```text
 //!            n/2
@@ -15,14 +16,16 @@
 //! ```
 
 mod segment_rect;
+mod stepped;
 #[cfg(test)]
 mod tests;
 
-use super::blend::{Blend, Paint};
-use super::{frame, run_mut};
+use super::blend::compose;
+use super::{frame, pixels_mut};
 use crate::math::coverage::PixelRect;
 use crate::memory::{Rgba, VideoMemory};
 use segment_rect::SegmentRect;
+use stepped::Stepped;
 
 /// Draws the line from `p0` to `p1`, finite reals in pixels, always composited over the frame
 /// whatever the blend mode.
@@ -30,32 +33,63 @@ use segment_rect::SegmentRect;
 /// A segment of length 0 covers no area and draws nothing. The cost is that of the visible part.
 pub fn line_aa(memory: &mut VideoMemory, p0: [f64; 2], p1: [f64; 2], color: Rgba) {
     let clip = frame(memory);
-    for_each_covered_pixel(p0, p1, clip, |x, y, area| {
+    // Of the whole frame, so that rounding is the same in every band of rows.
+    let whole = PixelRect { x0: 0, y0: 0, x1: memory.width() as i32, y1: memory.height() as i32 };
+    let width = memory.width() as usize;
+    let (mut first, mut end) = (u32::MAX, 0);
+    let pixels = pixels_mut(memory);
+    for_each_covered_pixel(p0, p1, whole, clip, |x, y, area| {
         let coverage = (area * 255.0 + 0.5) as u16;
         let alpha = (coverage * u16::from(color[3]) + 127) / 255;
-        let weighed = [color[0], color[1], color[2], alpha as u8];
-        if let Some(paint) = Paint::new(weighed, Blend::Over) {
-            paint.run(run_mut(memory, y, x..x + 1));
-            memory.mark_row(y as u32);
+        // Always `Some`: x and y are inside the frame.
+        if alpha > 0
+            && let Some(pixel) = pixels.get_mut(width * y as usize + x as usize)
+        {
+            *pixel = compose([color[0], color[1], color[2], alpha as u8], *pixel);
+            (first, end) = (first.min(y as u32), end.max(y as u32 + 1));
         }
     });
+    memory.mark_rows(first..end);
 }
 
 /// Calls `f(x, y, coverage)` for the pixels inside `clip` that the rectangle meets, with their
-/// coverage in [0,1].
-fn for_each_covered_pixel(p0: [f64; 2], p1: [f64; 2], clip: PixelRect, mut f: impl FnMut(i32, i32, f64)) {
-    let Some(rect) = SegmentRect::new(p0, p1, clip) else { return };
+/// coverage in [0,1]. `frame` holds `clip`; rounding depends on it alone.
+#[inline(always)]
+fn for_each_covered_pixel(
+    p0: [f64; 2],
+    p1: [f64; 2],
+    frame: PixelRect,
+    clip: PixelRect,
+    mut f: impl FnMut(i32, i32, f64),
+) {
+    let Some(rect) = SegmentRect::new(p0, p1, frame) else { return };
+    let stepped = Stepped::new(&rect);
+    let [before, columns, behind] = stepped.parts(clip);
+    for end in [before, behind] {
+        cut_pixels(&rect, end, &mut f);
+    }
+    stepped.for_each_pixel(columns, f);
+}
+
+/// Calls `f(x, y, coverage)` for the pixels inside `clip` that the rectangle meets: cuts it by the
+/// squares' borders.
+#[inline(never)]
+fn cut_pixels(rect: &SegmentRect, clip: PixelRect, f: &mut impl FnMut(i32, i32, f64)) {
+    if clip.is_empty() {
+        return;
+    }
     // Pixel squares begin half a pixel before their centres.
     let [left, right] = [clip.x0, clip.x1].map(|x| f64::from(x) - 0.5);
     let [top, bottom] = [clip.y0, clip.y1].map(|y| f64::from(y) - 0.5);
-    let (_, visible) = Convex::of(rect.corners()).split(1, top);
+    let (_, visible) = Convex::of(rect.corners()).split(0, left);
+    let (visible, _) = visible.split(0, right);
+    let (_, visible) = visible.split(1, top);
     let (mut below, _) = visible.split(1, bottom);
     let Some([first, last]) = below.squares(1) else { return };
     for y in first.max(clip.y0)..=last.min(clip.y1 - 1) {
         let (row, rest) = below.split(1, f64::from(y) + 0.5);
         below = rest;
-        let (_, visible) = row.split(0, left);
-        let (mut beyond, _) = visible.split(0, right);
+        let mut beyond = row;
         let Some([first, last]) = beyond.squares(0) else { continue };
         for x in first.max(clip.x0)..=last.min(clip.x1 - 1) {
             let (cell, rest) = beyond.split(0, f64::from(x) + 0.5);
@@ -65,8 +99,8 @@ fn for_each_covered_pixel(p0: [f64; 2], p1: [f64; 2], clip: PixelRect, mut f: im
     }
 }
 
-/// Upper bound on the corners of a rectangle cut by the four sides of a square (8), with some
-/// reserve.
+/// Upper bound on the corners of a rectangle cut by the four sides of a frame and of a square (8),
+/// with some reserve.
 const MOST_CORNERS: usize = 12;
 
 /// A convex polygon, in either winding.

@@ -36,7 +36,9 @@ mod line_aa;
 #[doc(hidden)]
 pub mod look;
 mod pixels;
+mod ramp_row;
 mod rect;
+mod row_ends;
 mod row_search;
 mod text;
 mod wide_line;
@@ -181,6 +183,27 @@ fn pixels_mut(memory: &mut VideoMemory) -> &mut [Rgba] {
 fn run_mut(memory: &mut VideoMemory, y: i32, xs: Range<i32>) -> &mut [Rgba] {
     let at = memory.width() as usize * y as usize;
     &mut pixels_mut(memory)[at + xs.start as usize..at + xs.end as usize]
+}
+
+/// Paints the columns that `row` returns of each of `ys`, all inside the frame; empty ones are skipped.
+#[inline]
+fn paint_rows(
+    memory: &mut VideoMemory,
+    paint: blend::Paint,
+    ys: Range<i32>,
+    row: impl Fn(i32) -> Range<i32>,
+) {
+    let mut marked = i32::MAX..0;
+    for y in ys {
+        let xs = row(y);
+        if !xs.is_empty() {
+            paint.run(run_mut(memory, y, xs));
+            marked = marked.start.min(y)..y + 1;
+        }
+    }
+    if marked.start < marked.end {
+        memory.mark_rows(marked.start as u32..marked.end as u32);
+    }
 }
 
 /// Clamps `start..start + len` to `within`; empty if `len` is not positive.

@@ -72,3 +72,10 @@ pub fn real() -> impl Strategy<Value = f64> {
         1 => prop::sample::select(vec![f64::MAX, -f64::MAX, 5e-324, -5e-324, 0.0, f64::MIN_POSITIVE]),
     ]
 }
+
+/// Generates coordinates about a frame of 1920x1080, in pixels: multiples of a power of two down to
+/// 2^-12, so that many lie on pixels' centres and borders.
+pub fn fractional() -> impl Strategy<Value = f64> {
+    (-120..2000i32, 0..4096u32, 0..=12u32)
+        .prop_map(|(v, part, bits)| f64::from(v) + f64::from(part >> (12 - bits) << (12 - bits)) / 4096.0)
+}

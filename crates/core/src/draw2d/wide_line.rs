@@ -8,12 +8,16 @@
 //! ends' order does not matter. Every f64 is an integer times a power of two, so each comparison
 //! can be made in integers. It is made in f64 wherever rounding cannot change the result.
 
+mod near_stroke;
+
 use super::blend::Paint;
 use super::disc::Disc;
+use super::row_ends::clipped;
 use super::row_search::{both, half_row, rows_between, sign_of_sum};
-use super::{Blend, DrawError, frame, run_mut};
+use super::{Blend, DrawError, frame, paint_rows};
 use crate::math::coverage::exact_int::parts;
 use crate::memory::{Rgba, VideoMemory};
+use near_stroke::NearStroke;
 use num_bigint::BigInt;
 use std::cell::OnceCell;
 use std::cmp::Ordering;
@@ -41,13 +45,7 @@ pub fn wide_line(
     }
     let clip = frame(memory);
     let stroke = Stroke::new(p0, p1, width);
-    for y in stroke.rows(clip.y0..clip.y1) {
-        let xs = stroke.row(y, clip.x0..clip.x1);
-        if !xs.is_empty() {
-            paint.run(run_mut(memory, y, xs));
-            memory.mark_row(y as u32);
-        }
-    }
+    paint_rows(memory, paint, stroke.rows(clip.y0..clip.y1), |y| stroke.row(y, clip.x0..clip.x1));
     Ok(())
 }
 
@@ -57,6 +55,7 @@ pub(super) struct Stroke {
     b: [f64; 2],
     width: f64,
     discs: [Disc; 2],
+    near: Option<NearStroke>,
     exact: OnceCell<ExactStroke>,
 }
 
@@ -77,7 +76,7 @@ impl Stroke {
         // Of the least of all numbers the half is 0, and no pixel's centre tells them apart: it
         // is a multiple of 1/2.
         let discs = [a, b].map(|centre| Disc::new(centre, width / 2.0));
-        Stroke { a, b, width, discs, exact: OnceCell::new() }
+        Stroke { a, b, width, discs, near: NearStroke::new(a, b, width / 2.0), exact: OnceCell::new() }
     }
 
     /// Returns the rows of `ys` that it may touch.
@@ -86,10 +85,21 @@ impl Stroke {
         rows_between(y0.min(y1) - half, y0.max(y1) + half, y0.abs().max(y1.abs()) + half, ys)
     }
 
+    /// Returns its pixels among the columns `xs` of row `y`.
+    #[inline]
+    pub fn row(&self, y: i32, xs: Range<i32>) -> Range<i32> {
+        match self.near.as_ref().and_then(|near| near.row(y)) {
+            Some(run) => clipped(run, xs),
+            None => self.plain_row(y, xs),
+        }
+    }
+
     /// Returns its pixels among the columns `xs` of row `y`: those of the two discs and of the part
     /// between them. The figure is convex, so together they are one run.
-    pub fn row(&self, y: i32, xs: Range<i32>) -> Range<i32> {
-        let parts = [self.discs[0].row(y, xs.clone()), self.discs[1].row(y, xs.clone()), self.side(y, xs)];
+    #[cold]
+    fn plain_row(&self, y: i32, xs: Range<i32>) -> Range<i32> {
+        let [a, b] = self.discs.each_ref().map(|disc| disc.plain_row(y, xs.clone()));
+        let parts = [a, b, self.side(y, xs)];
         let parts = parts.into_iter().filter(|part| !part.is_empty());
         parts.reduce(|a, b| a.start.min(b.start)..a.end.max(b.end)).unwrap_or(0..0)
     }

@@ -6,7 +6,23 @@ const LONG: usize = 2048;
 /// Stores `color` in every pixel.
 #[inline]
 pub fn fill_pixels(pixels: &mut [[u8; 4]], color: [u8; 4]) {
-    if pixels.len() < LONG { pixels.fill(color) } else { fill_long(pixels, color) }
+    if pixels.len() < LONG { fill_short(pixels, color) } else { fill_long(pixels, color) }
+}
+
+/// Pixels of a store.
+const STORE: usize = 4;
+
+/// Fills with stores of four pixels, the last of which overlaps the one before it: so no run ends with
+/// single pixels.
+#[inline]
+fn fill_short(pixels: &mut [[u8; 4]], color: [u8; 4]) {
+    let four = [color; STORE];
+    if let Some(last) = pixels.last_chunk_mut::<STORE>() {
+        *last = four;
+        pixels.as_chunks_mut::<STORE>().0.fill(four);
+    } else {
+        pixels.fill(color);
+    }
 }
 
 /// Fills with the string store, as memset does: whole cache lines are written without being read

@@ -13,12 +13,14 @@
 //! plain path has only one of several accepted results. W6 and W7 are lines and pixels; their
 //! reference is the simplest loop, which is timed, too. S1 to S7 are other scenes with the
 //! reference of W1; most of them grow, and each step is checked and timed. Built-in models are
-//! workloads by their names, held to the same reference.
+//! workloads by their names, held to the same reference. Workloads in two dimensions are
+//! [`PlaneWork`]s: streams through the engine.
 
 mod check;
 mod export;
 mod flat;
 mod frame;
+mod plane;
 mod row;
 mod scenes;
 mod space;
@@ -26,6 +28,7 @@ mod workload;
 
 pub use check::{Check, Refusal};
 pub use export::{ExportedFile, export};
+pub use plane::{PlaneOptions, PlaneRow, PlaneWork, plane_stream, plane_truth, run_plane};
 pub use row::{Row, ScalingFit, Twin};
 pub use workload::Workload;
 

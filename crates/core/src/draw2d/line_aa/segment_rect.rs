@@ -15,10 +15,10 @@ const NEAR: f64 = 1e6;
 
 /// The visible part of the rectangle, in pixels relative to the frame's centre.
 pub(super) struct SegmentRect {
-    centre: [f64; 2],
-    u: [f64; 2],
-    h: f64,
-    s: [f64; 2],
+    pub centre: [f64; 2],
+    pub u: [f64; 2],
+    pub h: f64,
+    pub s: [f64; 2],
 }
 
 impl SegmentRect {

@@ -1,7 +1,7 @@
 //! Coverage against other ways to compute the area, and the drawn pixels against the coverage.
 
 use super::*;
-use crate::draw2d::raster::memory;
+use crate::draw2d::raster::{fractional, memory};
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 
@@ -9,13 +9,28 @@ const CLIP: PixelRect = PixelRect { x0: 0, y0: 0, x1: 12, y1: 9 };
 
 fn areas(p0: [f64; 2], p1: [f64; 2], clip: PixelRect) -> BTreeMap<(i32, i32), f64> {
     let mut all = BTreeMap::new();
-    for_each_covered_pixel(p0, p1, clip, |x, y, area| {
+    for_each_covered_pixel(p0, p1, clip, clip, |x, y, area| {
         assert!(
             (0.0..=1.0).contains(&area) && (clip.x0..clip.x1).contains(&x) && (clip.y0..clip.y1).contains(&y)
         );
         assert!(all.insert((x, y), area).is_none(), "({x},{y}) twice");
     });
     all
+}
+
+/// The same by cutting the rectangle at every pixel.
+fn cut_areas(p0: [f64; 2], p1: [f64; 2], clip: PixelRect) -> BTreeMap<(i32, i32), f64> {
+    let mut all = BTreeMap::new();
+    if let Some(rect) = SegmentRect::new(p0, p1, clip) {
+        cut_pixels(&rect, clip, &mut |x, y, area| assert!(all.insert((x, y), area).is_none()));
+    }
+    all
+}
+
+/// Returns the largest difference of two pictures.
+fn difference(a: &BTreeMap<(i32, i32), f64>, b: &BTreeMap<(i32, i32), f64>) -> f64 {
+    let at = |m: &BTreeMap<_, f64>, p: &(i32, i32)| m.get(p).copied().unwrap_or(0.0);
+    a.keys().chain(b.keys()).map(|p| (at(a, p) - at(b, p)).abs()).fold(0.0, f64::max)
 }
 
 /// Computes the area independently, by integrating the rectangle's breadth over many thin strips of
@@ -72,6 +87,37 @@ proptest! {
             prop_assert!((at(&clipped) - at(&whole)).abs() < 1e-9);
             prop_assert!((at(&back) - at(&whole)).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn stepped_areas_are_the_cut_ones(
+        p0 in [fractional(), fractional()], d in [-90.0..90.0f64, -90.0..90.0f64], tilt in prop::sample::select(vec![0.0, 1e-40, 1e-18, 1e-9, 1e-5, 1.0]), bits in 0..12u32,
+    ) {
+        let clip = PixelRect { x0: 0, y0: 0, x1: 1920, y1: 1080 };
+        let round = |v: f64| (v * f64::from(1 << bits)).round() / f64::from(1 << bits);
+        let d = d.map(round);
+        for p1 in [[p0[0] + d[0], p0[1] + d[1]], [p0[0] + d[0], p0[1] + d[1] * tilt], [p0[0] + d[0] * tilt, p0[1] + d[1]], [p0[0] + d[0], p0[1] + d[0]]] {
+            let off = difference(&areas(p0, p1, clip), &cut_areas(p0, p1, clip));
+            prop_assert!(off < 1e-9, "{:?} {:?}: {}", p0, p1, off);
+        }
+    }
+
+    #[test]
+    fn bands_of_rows_have_the_bytes_of_the_whole(
+        p0 in [fractional(), fractional()], p1 in [fractional(), fractional()], far in prop::sample::select(vec![1.0, 1e3, 1e9, 1e200]), color: [u8; 4], at in 1..80u32, columns in 0..50u32,
+    ) {
+        let scale = |p: [f64; 2], k: f64| p.map(|v| v / 15.0 * k);
+        let [mut whole, mut bands] = [memory(128, 72), memory(128, 72)];
+        for m in [&mut whole, &mut bands] {
+            m.set_clip(columns..columns + 60, 3..70);
+        }
+        let (p0, p1) = (scale(p0, 1.0), scale(p1, far));
+        line_aa(&mut whole, p0, p1, color);
+        for rows in [0..at, at..at + 1, at + 1..72] {
+            bands.set_window(rows);
+            line_aa(&mut bands, p0, p1, color);
+        }
+        prop_assert!(whole.bytes() == bands.bytes());
     }
 
     #[test]

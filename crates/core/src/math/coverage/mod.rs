@@ -112,16 +112,17 @@ pub fn polygon_spans(points: &[[f64; 2]], clip: PixelRect, f: impl FnMut(i32, Ra
     }
 }
 
-/// Edge that crosses the row, and its last row.
+/// Edge that crosses the row, its column there, and its last row.
 struct ActiveEdge<W> {
     walk: W,
+    column: i32,
     last_row: i32,
 }
 
 fn scan_polygon<I: ExactInt>(points: &[[I; 2]], clip: PixelRect, mut f: impl FnMut(i32, Range<i32>)) {
     let mut pending: Vec<(Range<i32>, usize)> = Vec::with_capacity(points.len());
     let ends = |i: usize| {
-        let (a, b) = (&points[i], &points[(i + 1) % points.len()]);
+        let (a, b) = (&points[i], &points[if i + 1 == points.len() { 0 } else { i + 1 }]);
         if a[1] <= b[1] { (a, b) } else { (b, a) }
     };
     for i in 0..points.len() {
@@ -134,7 +135,7 @@ fn scan_polygon<I: ExactInt>(points: &[[I; 2]], clip: PixelRect, mut f: impl FnM
     pending.sort_unstable_by_key(|(rows, i)| (rows.start, *i));
     let mut pending = pending.into_iter().peekable();
     let columns = [clip.x0, clip.x1];
-    let mut active: Vec<ActiveEdge<I::Walk>> = Vec::new();
+    let mut active: Vec<ActiveEdge<I::Walk>> = Vec::with_capacity(points.len());
     let mut crossings: Vec<i32> = Vec::new();
     let mut row = clip.y0;
     loop {
@@ -146,34 +147,65 @@ fn scan_polygon<I: ExactInt>(points: &[[I; 2]], clip: PixelRect, mut f: impl FnM
             let (top, bottom) = ends(i);
             active.push(ActiveEdge {
                 walk: I::Walk::new(top, bottom, rows.clone(), columns),
+                column: 0,
                 last_row: rows.end - 1,
             });
         }
-        crossings.clear();
-        crossings.extend(active.iter().map(|e| e.walk.column(columns)));
-        crossings.sort_unstable();
-        // A closed outline crosses a row an even number of times; adjacent runs are merged.
-        let mut run = clip.x0..clip.x0;
-        for pair in crossings.chunks_exact(2) {
-            if pair[0] > run.end {
-                if !run.is_empty() {
-                    f(row, run.clone());
-                }
-                run.start = pair[0];
-            }
-            run.end = pair[1];
-        }
-        if !run.is_empty() {
-            f(row, run);
-        }
-        active.retain_mut(|edge| {
-            let goes_on = edge.last_row > row;
-            if goes_on {
+        // The edges stay the same until one of them ends or the next one begins.
+        let last = active.iter().map(|edge| edge.last_row).min().unwrap_or(row);
+        let last = pending.peek().map_or(last, |(rows, _)| last.min(rows.start - 1));
+        for row in row..=last {
+            for edge in &mut active {
+                edge.column = edge.walk.column(columns);
                 edge.walk.step();
             }
-            goes_on
-        });
-        row += 1;
+            if active.len() <= FEW_EDGES {
+                sort_nearly_sorted(&mut active);
+                let pairs = active.as_chunks().0.iter();
+                for_each_run(pairs.map(|[a, b]| [a.column, b.column]), |run| f(row, run));
+            } else {
+                crossings.clear();
+                crossings.extend(active.iter().map(|edge| edge.column));
+                crossings.sort_unstable();
+                for_each_run(crossings.as_chunks().0.iter().copied(), |run| f(row, run));
+            }
+        }
+        active.retain(|edge| edge.last_row > last);
+        row = last + 1;
+    }
+}
+
+/// Number of edges up to which they are kept in order; of more only their columns are sorted.
+const FEW_EDGES: usize = 16;
+
+/// Sorts edges by their columns, each by insertion: few have changed places since the row before.
+#[inline]
+fn sort_nearly_sorted<W>(edges: &mut [ActiveEdge<W>]) {
+    for i in 1..edges.len() {
+        let mut at = i;
+        while at > 0 && edges[at - 1].column > edges[at].column {
+            edges.swap(at - 1, at);
+            at -= 1;
+        }
+    }
+}
+
+/// Calls `f` with the runs between pairs of crossings in order: a closed outline crosses a row an even
+/// number of times. Adjacent runs are merged.
+#[inline]
+fn for_each_run(pairs: impl Iterator<Item = [i32; 2]>, mut f: impl FnMut(Range<i32>)) {
+    let mut run = 0..0;
+    for [from, to] in pairs {
+        if run.is_empty() {
+            run = from..to;
+        } else if from > run.end {
+            f(std::mem::replace(&mut run, from..to));
+        } else {
+            run.end = to;
+        }
+    }
+    if !run.is_empty() {
+        f(run);
     }
 }
 

@@ -1,0 +1,280 @@
+#!/usr/bin/env python3
+"""Compares fbptr with Skia, SDL and Pillow in two dimensions, workload by workload, in alternated rounds.
+
+    pip install skia-python pygame-ce pillow numpy
+    python3 benches/peers/two_d.py          # nine rounds on one core
+
+In: the program, whose `bench 2d --export` writes the figures as streams and the exact pictures. Out: a Markdown table:
+the medians of the rounds in milliseconds, and the time of the fastest other program over ours, as the median of the
+rounds' own ratios with the least and the largest.
+
+A round draws the same figures by each program right after each other, each round in the other order, on one core: ours by
+`fbptr bench`, which reads a stream of commands and compares the picture with the truth before it times; the others through
+their Python bindings, with paints, paths and surfaces made before. A program's time in a round is the median of its frames.
+Every picture is compared with the exact one: where the number of its pixels that are not black differs by more than two
+percent, the script says so and the time has a star. Text is of other letters in every program and has no such check.
+"""
+
+import argparse
+import io
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
+os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+
+import numpy  # noqa: E402
+import pygame  # noqa: E402
+import skia  # noqa: E402
+from PIL import Image, ImageDraw  # noqa: E402
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+SIZE = (1920, 1080)
+WORKLOADS = (
+    "rects rects_over discs discs_over triangles triangles_three triangles_three_over lines lines_aa lines_wide stars "
+    "pictures text"
+).split()
+
+
+def color_of(digits):
+    values = [int(digits[i : i + 2], 16) for i in range(0, len(digits), 2)]
+    return tuple(values if len(values) == 4 else values + [255])
+
+
+def figures_of(stream):
+    """Reads a stream of figures: (verb, numbers, colours or text or pixels)."""
+    found, source = [], io.BytesIO(stream)
+    for line in iter(source.readline, b""):
+        words = line.decode().rstrip("\n").split(" ")
+        verb = words[0]
+        if verb in ("FILL", "LINE", "LINEAA", "WIDELINE", "FILLRECT", "FILLCIRCLE"):
+            count = {"FILL": 6, "LINE": 4, "LINEAA": 4, "WIDELINE": 5, "FILLRECT": 4, "FILLCIRCLE": 3}[verb]
+            numbers = [int(word) for word in words[1 : count + 1]]
+            found.append((verb, numbers, [color_of(word) for word in words[count + 1 :]]))
+        elif verb == "FILLPOLY":
+            found.append((verb, [int(word) for word in words[2:]], [color_of(words[1])]))
+        elif verb == "PRINT":
+            found.append((verb, [int(words[1]), int(words[2])], [color_of(words[3]), " ".join(words[4:])]))
+        elif verb == "BLIT":
+            found.append((verb, [int(word) for word in words[1:5]], source.read(int(words[5][1:]))))
+    return found
+
+
+def pairs(numbers):
+    return list(zip(numbers[::2], numbers[1::2]))
+
+
+class Skia:
+    name = "Skia"
+
+    def __init__(self, work, figures):
+        self.array = numpy.zeros((SIZE[1], SIZE[0], 4), numpy.uint8)
+        self.surface = skia.Surface(self.array, colorType=skia.kRGBA_8888_ColorType)
+        self.canvas = self.surface.getCanvas()
+        self.calls = [self.call(work, *figure) for figure in figures]
+
+    def call(self, work, verb, n, rest):
+        canvas = self.canvas
+        paint = skia.Paint(AntiAlias=work == "lines_aa")
+        if verb != "BLIT":
+            paint.setColor(skia.Color(*rest[0]))
+        if verb == "FILLRECT":
+            rect = skia.Rect.MakeXYWH(*n)
+            return lambda: canvas.drawRect(rect, paint)
+        if verb == "FILLCIRCLE":
+            return lambda: canvas.drawCircle(n[0], n[1], n[2], paint)
+        if verb == "FILL" and len(rest) == 3:
+            colors = [skia.Color(*color) for color in rest]
+            points = [skia.Point(*point) for point in pairs(n)]
+            mode = skia.Vertices.VertexMode.kTriangles_VertexMode
+            vertices = skia.Vertices.MakeCopy(mode, points, points, colors)
+            white = skia.Paint(Color=skia.ColorWHITE)
+            return lambda: canvas.drawVertices(vertices, white, skia.BlendMode.kDst)
+        if verb in ("FILL", "FILLPOLY"):
+            path = skia.Path()
+            path.addPoly([skia.Point(*point) for point in pairs(n)], True)
+            path.setFillType(skia.PathFillType.kEvenOdd)
+            return lambda: canvas.drawPath(path, paint)
+        if verb in ("LINE", "LINEAA", "WIDELINE"):
+            shift = 0.5 if verb != "WIDELINE" else 0.0
+            paint.setStyle(skia.Paint.kStroke_Style)
+            paint.setStrokeWidth({"LINE": 0, "LINEAA": 1, "WIDELINE": n[-1]}[verb])
+            paint.setStrokeCap(skia.Paint.kRound_Cap if verb == "WIDELINE" else skia.Paint.kButt_Cap)
+            ends = [value + shift for value in n[:4]]
+            return lambda: canvas.drawLine(*ends, paint)
+        if verb == "BLIT":
+            image = skia.Image.frombytes(rest, (n[2], n[3]), skia.kRGBA_8888_ColorType)
+            paint.setBlendMode(skia.BlendMode.kSrc)
+            sampling = skia.SamplingOptions()
+            return lambda: canvas.drawImage(image, n[0], n[1], sampling, paint)
+        font, text = skia.Font(skia.Typeface(), 10), rest[1]
+        font.setEdging(skia.Font.Edging.kAlias)
+        font.setSubpixel(False)
+        return lambda: canvas.drawString(text, n[0], n[1] + 8, font, paint)
+
+    def clear(self):
+        self.canvas.clear(skia.ColorBLACK)
+
+    def picture(self):
+        return self.array[:, :, :3]
+
+
+class Sdl:
+    name = "SDL"
+
+    def __init__(self, work, figures):
+        pygame.display.init()
+        pygame.display.set_mode((16, 16))
+        self.surface = pygame.Surface(SIZE, 0, 32)
+        self.calls = [self.call(work, *figure) for figure in figures]
+
+    def call(self, work, verb, n, rest):
+        surface, draw = self.surface, pygame.draw
+        color = rest[0][:3] if verb != "BLIT" else None
+        if work.endswith("_over") and verb == "FILLRECT":
+            filled = pygame.Surface((n[2], n[3]), 0, 32)
+            filled.fill(color)
+            filled.set_alpha(rest[0][3])
+            return lambda: surface.blit(filled, (n[0], n[1]))
+        if work.endswith("_over") or verb == "FILL" and len(rest) == 3:
+            return None
+        if verb == "FILLRECT":
+            return lambda: surface.fill(color, n)
+        if verb == "FILLCIRCLE":
+            return lambda: draw.circle(surface, color, (n[0], n[1]), n[2])
+        if verb in ("FILL", "FILLPOLY"):
+            points = pairs(n)
+            return lambda: draw.polygon(surface, color, points)
+        if verb == "LINE":
+            return lambda: draw.line(surface, color, (n[0], n[1]), (n[2], n[3]))
+        if verb == "LINEAA":
+            return lambda: draw.aaline(surface, color, (n[0], n[1]), (n[2], n[3]))
+        if verb == "WIDELINE":
+            return lambda: draw.line(surface, color, (n[0], n[1]), (n[2], n[3]), n[4])
+        if verb == "BLIT":
+            image = pygame.image.frombuffer(rest, (n[2], n[3]), "RGBA").convert(surface)
+            return lambda: surface.blit(image, (n[0], n[1]))
+        return None
+
+    def clear(self):
+        self.surface.fill((0, 0, 0))
+
+    def picture(self):
+        return pygame.surfarray.array3d(self.surface).swapaxes(0, 1)
+
+
+class Pillow:
+    name = "Pillow"
+
+    def __init__(self, work, figures):
+        self.image = Image.new("RGBA", SIZE)
+        self.draw = ImageDraw.Draw(self.image)
+        self.calls = [self.call(work, *figure) for figure in figures]
+
+    def call(self, work, verb, n, rest):
+        draw = self.draw
+        color = rest[0] if verb != "BLIT" else None
+        if work.endswith("_over") or verb == "LINEAA" or verb == "FILL" and len(rest) == 3:
+            return None
+        if verb == "FILLRECT":
+            box = (n[0], n[1], n[0] + n[2] - 1, n[1] + n[3] - 1)
+            return lambda: draw.rectangle(box, fill=color)
+        if verb == "FILLCIRCLE":
+            box = (n[0] - n[2], n[1] - n[2], n[0] + n[2] - 1, n[1] + n[2] - 1)
+            return lambda: draw.ellipse(box, fill=color)
+        if verb in ("FILL", "FILLPOLY"):
+            points = pairs(n)
+            return lambda: draw.polygon(points, fill=color)
+        if verb in ("LINE", "WIDELINE"):
+            width = 1 if verb == "LINE" else n[4]
+            return lambda: draw.line(n[:4], fill=color, width=width)
+        if verb == "BLIT":
+            image = Image.frombytes("RGBA", (n[2], n[3]), rest)
+            return lambda: self.image.paste(image, (n[0], n[1]))
+        return None
+
+    def clear(self):
+        self.image.paste((0, 0, 0, 255), (0, 0, *SIZE))
+
+    def picture(self):
+        return numpy.asarray(self.image)[:, :, :3]
+
+
+def median_ms(peer, frames):
+    times = []
+    for _ in range(frames):
+        peer.clear()
+        begin = time.perf_counter()
+        for call in peer.calls:
+            call()
+        times.append(time.perf_counter() - begin)
+    return statistics.median(times) * 1e3
+
+
+def own_ms(given, work):
+    command = [given.fbptr, "bench", f"2d_{work}", "--json", "--threads", "1", "--frames", str(given.own_frames)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode != 0:
+        sys.exit(f"{' '.join(command)}: {done.stderr}")
+    return json.loads(done.stdout)["med_ms"]
+
+
+def is_alike(peer, exact):
+    """Returns whether about as many pixels are drawn as in the exact picture."""
+    lit = [int((picture != 0).any(axis=2).sum()) for picture in (peer.picture(), exact)]
+    return abs(lit[0] - lit[1]) <= 0.02 * lit[1]
+
+
+def rounds_of(given, folder, work):
+    """Returns the times of all programs by name, one for each round, and the names of those whose picture differs."""
+    subprocess.run([given.fbptr, "bench", f"2d_{work}", "--export", folder], check=True)
+    with open(os.path.join(folder, f"2d_{work}.fbs"), "rb") as file:
+        figures = figures_of(file.read())
+    exact = numpy.asarray(Image.open(os.path.join(folder, f"2d_{work}.ppm")))
+    peers = [kind(work, figures) for kind in (Skia, Sdl, Pillow)]
+    peers = [peer for peer in peers if all(peer.calls)]
+    different = []
+    for peer in peers:
+        median_ms(peer, 1)
+        if work != "text" and not is_alike(peer, exact):
+            different.append(peer.name)
+    programs = [("fbptr", lambda: own_ms(given, work))]
+    programs += [(peer.name, lambda peer=peer: median_ms(peer, given.frames)) for peer in peers]
+    times = {name: [] for name, _ in programs}
+    for turn in range(given.rounds):
+        for name, run in programs if turn % 2 == 0 else programs[::-1]:
+            times[name].append(run())
+    return times, different
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--fbptr", default=os.path.join(ROOT, "target/release/fbptr"))
+    parser.add_argument("--rounds", type=int, default=9)
+    parser.add_argument("--frames", type=int, default=3, help="frames that each of the others draws in a round")
+    parser.add_argument("--own-frames", type=int, default=7, help="frames that fbptr draws in a round")
+    parser.add_argument("--core", type=int, default=0, help="the core on which all of them run")
+    parser.add_argument("--only", default=",".join(WORKLOADS), help="workloads, without their 2d_")
+    given = parser.parse_args()
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {given.core})
+    print("| workload | fbptr | Skia | SDL | Pillow | fastest other / fbptr (least to largest) |")
+    print("|---|---|---|---|---|---|")
+    with tempfile.TemporaryDirectory() as folder:
+        for work in given.only.split(","):
+            times, different = rounds_of(given, folder, work)
+            others = [column for name, column in times.items() if name != "fbptr"]
+            ratios = sorted(min(column) / own for own, *column in zip(times["fbptr"], *others))
+            cell = lambda name: f"{statistics.median(times[name]):.1f}{'*' * (name in different)}" if name in times else ""
+            cells = " | ".join(cell(name) for name in ("fbptr", "Skia", "SDL", "Pillow"))
+            spread = f"{statistics.median(ratios):.1f} ({ratios[0]:.1f} to {ratios[-1]:.1f})"
+            print(f"| {work} | {cells} | {spread} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
