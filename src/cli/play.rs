@@ -2,6 +2,7 @@
 
 use super::args::color::color;
 use super::args::crt::CrtArgs;
+use super::expect::{ExpectArgs, Expected};
 use super::frame_clock::FrameClock;
 use super::magic::{self, CommandInput};
 use super::movie::{Clock, MovieArgs, MovieWriter, Sampler};
@@ -50,6 +51,8 @@ pub struct Play {
     /// Write the frame at the end: .png, .ppm or .raw
     #[arg(long, value_name = "OUT")]
     snap: Option<PathBuf>,
+    #[command(flatten)]
+    expect: ExpectArgs,
     /// Print every number that a triangle (N, counted through all draws), what is seen at a pixel (X,Y) or a triangle at a
     /// pixel (N@X,Y) has on its way
     #[arg(long, value_name = "N|X,Y|N@X,Y")]
@@ -94,6 +97,7 @@ struct Stream {
     name: String,
     end: EndOfInput,
     has_failed: Arc<AtomicBool>,
+    expected: Option<Expected>,
 }
 
 /// Places that frames go to.
@@ -137,6 +141,7 @@ impl Play {
             check_folder(path)?;
         }
         self.movie.check()?;
+        let expected = self.expect.check(&self.drawing)?;
         for (option, is_set) in [("--trace", self.trace.is_some()), ("--explain", self.explain)] {
             if self.movie.takes_stdout() && is_set {
                 return Err(format!("--movie - and {option}: both want standard output"));
@@ -169,7 +174,7 @@ impl Play {
         if takes_size {
             engine.take_size();
         }
-        Ok(Stream { engine, input, name, end, has_failed })
+        Ok(Stream { engine, input, name, end, has_failed, expected })
     }
 
     /// Creates the engine according to the arguments.
@@ -206,7 +211,7 @@ impl Play {
 
     /// Plays a prepared stream and writes what was asked for.
     fn play(&self, stream: Stream, movie: Option<MovieWriter>, mut web: Option<PreparedWeb>) -> Status {
-        let Stream { mut engine, input, name, end, has_failed } = stream;
+        let Stream { mut engine, input, name, end, has_failed, expected } = stream;
         let outlets = self.outlets(&mut engine, movie, end);
         web.iter_mut().for_each(|web| web.attach(&mut engine));
         let thread = match RenderThread::start(engine) {
@@ -250,6 +255,7 @@ impl Play {
         if interrupted.load(Ordering::Acquire) {
             return Status::Interrupted;
         }
+        is_saved &= expected.is_none_or(|expected| expected.is_met_by(engine.memory()));
         match has_failed.load(Ordering::Acquire) || !is_saved {
             true => Status::Failed,
             false => Status::Success,

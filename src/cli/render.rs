@@ -3,6 +3,7 @@
 use super::args::color::color;
 use super::batch::ShardArgs;
 use super::black_picture::BlackPicture;
+use super::expect::ExpectArgs;
 use super::mesh_args::MeshArgs;
 use super::render_args::RenderArgs;
 use super::render_output::{ENDINGS, RenderOutput};
@@ -35,7 +36,7 @@ pub struct Render {
     #[arg(long, exclusive = true)]
     list: bool,
     /// The picture: .png, .ppm or .raw; with --frames a movie too: .gif, .apng, .y4m, or - for y4m on standard output
-    #[arg(short, long, value_name = "OUT", required_unless_present_any = ["trace", "list"])]
+    #[arg(short, long, value_name = "OUT", required_unless_present_any = ["trace", "list", "expect"])]
     out: Option<PathBuf>,
     /// The picture's size [default: 640x480, or an N-dimensional screen's own]
     #[arg(long, value_name = "WxH")]
@@ -73,6 +74,8 @@ pub struct Render {
     /// Print every number that a triangle (N), a pixel (X,Y) or a triangle at a pixel (N@X,Y) has on its way
     #[arg(long, value_name = "N|X,Y|N@X,Y")]
     trace: Option<TraceAt>,
+    #[command(flatten)]
+    expect: ExpectArgs,
     /// Seconds since the scene's start
     #[arg(long, value_name = "T", value_parser = finite, default_value = "0", allow_negative_numbers = true)]
     time: f64,
@@ -154,6 +157,7 @@ impl Render {
 
     fn render(&self) -> Result<(), SceneError> {
         self.check()?;
+        let expected = self.expect.check(&self.drawing).map_err(SceneError::NoFile)?;
         let budget = &self.drawing.budget();
         let options = ReadOptions { root: self.root.as_deref(), meshes: &self.meshes };
         let LoadedScene { file, crc, held: _held, .. } =
@@ -166,6 +170,7 @@ impl Render {
         let animation = Animation::new(file, name, self.frame_options())
             .map_err(|e| SceneError::NoFile(format!("--turn: {e}")))?;
         let mut output = self.output(&animation, crc)?;
+        output.expect(expected);
         if animation.is_turntable() {
             let (scene, frames) = (self.scene().display(), animation.options.count);
             say_as_program(format_args!("{scene} has no animation: the {frames} frames are one turn"));
@@ -249,6 +254,9 @@ impl Render {
             return Err(bad(
                 "-o -: standard output is the movie's, and --explain and --trace print there".to_owned()
             ));
+        }
+        if self.expect.expect.is_some() && self.frames.is_some() {
+            return Err(bad("--expect is for one picture, not for --frames".to_owned()));
         }
         if self.shard.is_given() {
             self.shard.check(self.frames.unwrap_or(1)).map_err(bad)?;

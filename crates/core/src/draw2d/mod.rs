@@ -39,6 +39,7 @@ mod pixels;
 mod rect;
 mod row_search;
 mod text;
+pub mod trace;
 mod wide_line;
 
 pub use crate::memory::over;

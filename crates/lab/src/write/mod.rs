@@ -5,10 +5,12 @@ mod json;
 mod markdown;
 mod plot;
 
+pub(crate) use html::png_base64;
 pub use html::html;
 pub use json::{errors_json, json};
 pub use markdown::{goals_markdown, hard_markdown, markdown};
 pub use plot::contact_sheet;
+pub(crate) use plot::escape;
 
 use super::{Bound, Experiment, Report, Row, Section, Standing, savings, speed_of};
 
