@@ -61,7 +61,9 @@ impl Expected {
     }
 
     fn is_golden(&self, memory: &VideoMemory) -> bool {
-        let Err(error) = golden::check(memory, &self.path, self.tolerance, Mode::from_env()) else { return true };
+        let Err(error) = golden::check(memory, &self.path, self.tolerance, Mode::from_env()) else {
+            return true;
+        };
         say_as_program(&error);
         if let (GoldenError::Differs { .. }, Ok(exact)) = (&error, golden::read_png(&self.path)) {
             classes(&Difference::new(memory, &exact, self.tolerance.per_channel, None));

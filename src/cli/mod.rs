@@ -39,6 +39,7 @@ mod send;
 mod serve;
 mod signals;
 mod snap;
+mod table;
 mod tour;
 mod trace;
 mod usage;

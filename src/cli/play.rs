@@ -10,6 +10,7 @@ use super::output::{self, Stdout};
 use super::progress::Watched;
 use super::render_args::RenderArgs;
 use super::scene_file;
+use super::table::Table;
 use super::trace::TraceAt;
 use super::web::{PreparedWeb, WebArgs, WebPage};
 use super::{FrameSize, Status, check_folder, check_picture, say_as_program, signals};
@@ -57,6 +58,9 @@ pub struct Play {
     /// pixel (N@X,Y) has on its way
     #[arg(long, value_name = "N|X,Y|N@X,Y")]
     trace: Option<TraceAt>,
+    /// Print the picture at the end, or its depths, as a table of text; up to 64x64 pixels
+    #[arg(long, value_name = "color|depth", num_args = 0..=1, require_equals = true, default_missing_value = "color")]
+    table: Option<Table>,
     /// Print how long the frames took from one PRESENT to the next, a movie's writing included: their number, median, 99th
     /// percentile and longest
     #[arg(long, requires = "headless")]
@@ -142,7 +146,12 @@ impl Play {
         }
         self.movie.check()?;
         let expected = self.expect.check(&self.drawing)?;
-        for (option, is_set) in [("--trace", self.trace.is_some()), ("--explain", self.explain)] {
+        let printed = [
+            ("--trace", self.trace.is_some()),
+            ("--explain", self.explain),
+            ("--table", self.table.is_some()),
+        ];
+        for (option, is_set) in printed {
             if self.movie.takes_stdout() && is_set {
                 return Err(format!("--movie - and {option}: both want standard output"));
             }
@@ -328,6 +337,16 @@ impl Play {
                 Some(numbers) => output::print(format!("{numbers}\n")),
                 None => {
                     say_as_program("--trace: no draw had this triangle, or gave this pixel its colour");
+                    has_failed.store(true, Ordering::Release);
+                }
+            }
+        }
+        if let Some(table) = self.table {
+            let memory = engine.memory();
+            match table.check(memory.width(), memory.height()) {
+                Ok(()) => table.print(memory, engine.depth()),
+                Err(message) => {
+                    say_as_program(message);
                     has_failed.store(true, Ordering::Release);
                 }
             }

@@ -8,7 +8,8 @@ use crate::play::{err, out, run};
 
 const EXACT: &str = "SIZE 64 48\nCLEAR black\nLINE 2 5 52 18 red\nFILL 10 20 40 20 40 44 lime\n";
 /// The line's last pixel is missing, and the diagonal's pixels went to the other side.
-const MINE: &str = "SIZE 64 48\nCLEAR black\nLINE 2 5 52 18 red\nPX 52 18 000000\nFILL 10 20 40 20 40 44 lime\n";
+const MINE: &str =
+    "SIZE 64 48\nCLEAR black\nLINE 2 5 52 18 red\nPX 52 18 000000\nFILL 10 20 40 20 40 44 lime\n";
 
 const SCENE: &str = "<Scene><Viewpoint position='0 0 4'/><Background skyColor='0 0 0.2'/>\
     <Shape><Appearance><Material emissiveColor='1 0.5 0'/></Appearance>\
@@ -30,7 +31,10 @@ fn a_picture_beside_the_stream_that_it_should_show() {
     assert_eq!(other.status.code(), Some(1), "{}", err(&other));
     let text = out(&other);
     assert!(text.starts_with("1 pixel of 3072 is wrong, by 255 of 255\n"), "{text}");
-    assert!(text.contains("missing at the end") && text.contains("the line from (2, 5) to (52, 18)"), "{text}");
+    assert!(
+        text.contains("missing at the end") && text.contains("the line from (2, 5) to (52, 18)"),
+        "{text}"
+    );
     assert!(text.contains("at (52, 18)"), "{text}");
     let json = run(&["compare", &mine, &exact, "--json"], b"");
     let value: serde_json::Value = serde_json::from_str(out(&json)).unwrap();

@@ -42,7 +42,8 @@ pub fn trace_line(p0: [i32; 2], p1: [i32; 2], color: RampColor, at: [i32; 2]) ->
     let names = ["x", "y"];
     let sign = |s: i64| if s < 0 { '-' } else { '+' };
     let [a, b] = [names[major], names[minor]];
-    let mut out = format!("line ({}, {}) ({}, {}), pixel ({}, {})\n", p0[0], p0[1], p1[0], p1[1], at[0], at[1]);
+    let mut out =
+        format!("line ({}, {}) ({}, {}), pixel ({}, {})\n", p0[0], p0[1], p1[0], p1[1], at[0], at[1]);
     put!(
         out,
         "octant      {a} is the longer axis, n = |d{a}| = {n}, and {b} the shorter, m = |d{b}| = {m}; steps are \
@@ -76,7 +77,8 @@ pub fn trace_line(p0: [i32; 2], p1: [i32; 2], color: RampColor, at: [i32; 2]) ->
         }
         Some(to) => {
             let mix: Rgba = std::array::from_fn(|c| {
-                let (from, to, n, k) = (i128::from(color.from[c]), i128::from(to[c]), i128::from(n.max(1)), i128::from(step));
+                let (from, to, n, k) =
+                    (i128::from(color.from[c]), i128::from(to[c]), i128::from(n.max(1)), i128::from(step));
                 ((2 * (from * n + (to - from) * k) + n).div_euclid(2 * n)) as u8
             });
             put!(out, "colour      c0 + (c1 - c0) {step}/{n} = {}", color_text(mix));
@@ -146,7 +148,11 @@ pub fn trace_line_aa(p0: [f64; 2], p1: [f64; 2], color: Rgba, at: [i32; 2]) -> O
     );
     put!(out, "coverage    the pixel's square has {area:.6} of its area in the line: {coverage} of 255");
     put!(out, "alpha       {coverage} * {} / 255 = {alpha}", color[3]);
-    put!(out, "colour      {}, composed over what is there", color_text([color[0], color[1], color[2], alpha as u8]));
+    put!(
+        out,
+        "colour      {}, composed over what is there",
+        color_text([color[0], color[1], color[2], alpha as u8])
+    );
     Some(out)
 }
 
@@ -177,14 +183,10 @@ pub fn trace_fill(points: [[f64; 2]; 3], colors: AreaColors, at: [i32; 2]) -> Op
     let centre = center(at);
     let mut out = format!("triangle, pixel ({}, {})\n", at[0], at[1]);
     for (i, [x, y]) in p.iter().enumerate() {
-        put!(
-            out,
-            "corner {i}    ({}, {}), snapped to ({x}, {y}) / 256",
-            points[i][0],
-            points[i][1]
-        );
+        put!(out, "corner {i}    ({}, {}), snapped to ({x}, {y}) / 256", points[i][0], points[i][1]);
     }
-    let turning = if turn > 0 { "clockwise on the screen" } else { "counter-clockwise, so signs are reversed" };
+    let turning =
+        if turn > 0 { "clockwise on the screen" } else { "counter-clockwise, so signs are reversed" };
     put!(out, "area        {area} / 65536 / 2 square pixels: {turning}");
     put!(out, "centre      ({}, {}) / 256", centre[0], centre[1]);
     let mut values = [0; 3];
@@ -217,7 +219,13 @@ pub fn trace_fill(points: [[f64; 2]; 3], colors: AreaColors, at: [i32; 2]) -> Op
         AreaColors::Three(c) => {
             let total = area * turn;
             let weights = values.map(|e| e as f64 / total as f64);
-            put!(out, "weights     {:.6} {:.6} {:.6}: each edge function over the area", weights[0], weights[1], weights[2]);
+            put!(
+                out,
+                "weights     {:.6} {:.6} {:.6}: each edge function over the area",
+                weights[0],
+                weights[1],
+                weights[2]
+            );
             color_text(std::array::from_fn(|k| {
                 let sum: i128 = (0..3).map(|i| values[i] * i128::from(c[i][k])).sum();
                 (2 * sum + total).div_euclid(2 * total) as u8
@@ -250,7 +258,11 @@ pub fn trace_fill_poly(points: &[[f64; 2]], color: Rgba, at: [i32; 2]) -> Option
         return None;
     }
     let mut out = format!("polygon of {} points, pixel ({}, {})\n", points.len(), at[0], at[1]);
-    put!(out, "row         y = {}: edges cross it from their upper end on, their lower end left out", y as f64 / 256.0);
+    put!(
+        out,
+        "row         y = {}: edges cross it from their upper end on, their lower end left out",
+        y as f64 / 256.0
+    );
     for (place, [i, j], is_before) in &crossings {
         let side = if *is_before { "at or left of the centre" } else { "right of it" };
         put!(out, "crossing    x = {place:.4} by the edge from point {i} to {j}: {side}");
@@ -315,7 +327,8 @@ mod tests {
         assert_eq!(rows.len(), 7, "{text}");
         assert!(text.contains("n = |dx| = 7") && text.contains("y-1"), "{text}");
         // Far ends, and a long walk.
-        let text = trace_line([-2_000_000_000, -2_000_000_000], [2_000_000_000, 2_000_000_000], C.into(), [5, 5]);
+        let text =
+            trace_line([-2_000_000_000, -2_000_000_000], [2_000_000_000, 2_000_000_000], C.into(), [5, 5]);
         assert!(text.unwrap().contains("steps before"));
     }
 
@@ -357,7 +370,8 @@ mod tests {
     #[test]
     fn triangles_of_both_windings_and_the_owner_of_an_edge() {
         let corners = [[2.5, 1.5], [17.5, 4.5], [6.5, 13.5]];
-        for points in [corners, [corners[0], corners[2], corners[1]], [[0.5, 0.5], [12.5, 0.5], [0.5, 12.5]]] {
+        for points in [corners, [corners[0], corners[2], corners[1]], [[0.5, 0.5], [12.5, 0.5], [0.5, 12.5]]]
+        {
             for colors in [AreaColors::One(C), AreaColors::Three([C, D, [0, 0, 255, 255]])] {
                 assert_traced(
                     |m| draw2d::fill(m, points, colors, Blend::Replace),
@@ -375,7 +389,10 @@ mod tests {
         let star = [[9.5, 0.5], [14.5, 14.5], [1.5, 5.5], [17.5, 5.5], [4.5, 14.5]];
         assert_traced(|m| draw2d::fill_poly(m, &star, C, Blend::Replace), |at| trace_fill_poly(&star, C, at));
         let square = [[2.0, 2.0], [10.5, 2.0], [10.5, 9.5], [2.0, 9.5]];
-        assert_traced(|m| draw2d::fill_poly(m, &square, C, Blend::Replace), |at| trace_fill_poly(&square, C, at));
+        assert_traced(
+            |m| draw2d::fill_poly(m, &square, C, Blend::Replace),
+            |at| trace_fill_poly(&square, C, at),
+        );
         assert_eq!(trace_fill_poly(&[], C, [0, 0]), None);
     }
 }

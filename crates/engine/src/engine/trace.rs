@@ -42,7 +42,8 @@ struct Latest {
 
 /// Returns whether a pixel is in a clip rectangle.
 fn is_inside(clip: Rect, [x, y]: [i32; 2]) -> bool {
-    let side = |v: i32, start: i32, len: i32| (0..i64::from(len)).contains(&(i64::from(v) - i64::from(start)));
+    let side =
+        |v: i32, start: i32, len: i32| (0..i64::from(len)).contains(&(i64::from(v) - i64::from(start)));
     side(x, clip.x, clip.w) && side(y, clip.y, clip.h)
 }
 
@@ -95,7 +96,9 @@ impl Tracing {
                 Ok(now) if now != *before && verb == "CLEAR" => None,
                 Ok(now) if now != *before => {
                     let [r, g, b, a] = now;
-                    Some(format!("pixel ({x}, {y}): {verb} made it {r} {g} {b} {a}, by no numbers that are traced"))
+                    Some(format!(
+                        "pixel ({x}, {y}): {verb} made it {r} {g} {b} {a}, by no numbers that are traced"
+                    ))
                 }
                 _ => self.found.clone(),
             },

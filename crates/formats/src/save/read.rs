@@ -22,7 +22,8 @@ pub fn read_picture(path: &Path, bytes: &[u8], size: Option<[u32; 2]>) -> Result
         }
     };
     let picture = image::load_from_memory_with_format(bytes, format).map_err(|e| invalid(e.to_string()))?;
-    let mut memory = VideoMemory::new(picture.width(), picture.height()).map_err(|e| invalid(e.to_string()))?;
+    let mut memory =
+        VideoMemory::new(picture.width(), picture.height()).map_err(|e| invalid(e.to_string()))?;
     memory.bytes_mut().copy_from_slice(&rgba8(picture));
     Ok(memory)
 }

@@ -27,7 +27,7 @@ enum Kind {
 pub struct Law {
     kind: Kind,
     /// Share of the wrong pixels, background in neither picture, that it gives.
-    pub share: f64,
+    share: f64,
     /// True if there is one right colour alone.
     is_of_one_color: bool,
 }
@@ -75,6 +75,11 @@ fn of_channels(pairs: &[Pair], f: impl Fn(f64, f64) -> f64) -> Option<[f64; 3]> 
 }
 
 impl Law {
+    /// Returns whether it gives most pixels, of more than one colour.
+    pub(super) fn is_clear(&self) -> bool {
+        self.share > 0.8 && !self.is_of_one_color
+    }
+
     /// Finds the law, and returns which of the wrong pixels it explains.
     pub(super) fn find(pixels: &Pixels<'_>, wrong: &[[u32; 2]]) -> (Option<Law>, Vec<bool>) {
         let is_seen = |(m, e): &Pair| ![m, e].iter().any(|c| pixels.is_same(**c, pixels.background));
@@ -84,11 +89,12 @@ impl Law {
             return (None, vec![false; wrong.len()]);
         }
         let ln = |v: f64| (v / 255.0).ln();
-        let power: Vec<f64> =
-            pairs.iter().flat_map(|(m, e)| (0..3).map(|c| (m[c], e[c])).collect::<Vec<_>>())
-                .filter(|(m, e)| (1..255).contains(m) && (20..236).contains(e))
-                .map(|(m, e)| ln(m.into()) / ln(e.into()))
-                .collect();
+        let power: Vec<f64> = pairs
+            .iter()
+            .flat_map(|(m, e)| (0..3).map(|c| (m[c], e[c])).collect::<Vec<_>>())
+            .filter(|(m, e)| (1..255).contains(m) && (20..236).contains(e))
+            .map(|(m, e)| ln(m.into()) / ln(e.into()))
+            .collect();
         let kinds = [
             Some(Kind::Exchanged),
             of_channels(&pairs, |m, e| m / e).map(Kind::Factor),
@@ -134,7 +140,7 @@ impl fmt::Display for Law {
             }
         }
         match self.is_of_one_color {
-            true => f.write_str(" (of one colour only: factor, summand and gamma look alike)"),
+            true => f.write_str(" (of one colour only, where other laws give the same)"),
             false => Ok(()),
         }
     }

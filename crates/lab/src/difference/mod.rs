@@ -25,8 +25,8 @@ mod write;
 
 use fbptr_core::memory::{Rgba, VideoMemory};
 pub use law::Law;
-pub use shapes::{Geometry, Shape, Surface};
 use pixels::Pixels;
+pub use shapes::{Geometry, Shape, Surface};
 use shapes::{Judge, Verdict};
 pub use whole::Whole;
 
@@ -197,7 +197,11 @@ impl Difference {
         // A wrong rule at the edges of upright boxes looks like a shift.
         let whole = match exact_edges * 10 >= wrong.len() * 9 {
             true => None,
-            false => Whole::find(pixels, wrong.len()),
+            // What figures explain, only a change that explains all of it explains better.
+            false => {
+                let explained = verdicts.iter().flatten().count();
+                Whole::find(pixels, wrong, if explained * 10 >= wrong.len() * 9 { 100 } else { 10 })
+            }
         };
         let (law, explained) = Law::find(pixels, wrong);
         let mut words = Words { whole, law, ..Words::default() };
@@ -206,11 +210,14 @@ impl Difference {
             let class = match verdicts[i].take() {
                 _ if words.whole.is_some() => Class::Whole,
                 // Nearly everything follows one law, and a face's colour by accident.
-                Some(v) if !(by_law && v.class == Class::OtherFace && law.is_some_and(|l| l.share > 0.8)) => {
+                Some(v) if !(by_law && v.class == Class::OtherFace && law.is_some_and(|l| l.is_clear())) => {
                     words.note(&v);
                     v.class
                 }
-                _ if by_law => Class::ColorLaw,
+                // Any two colours follow some law.
+                _ if by_law && (law.is_some_and(|l| l.is_clear()) || !pixels.is_from_neighbor(at)) => {
+                    Class::ColorLaw
+                }
                 _ => pixels.class(at, is_complete),
             };
             words.count(class, at);

@@ -98,7 +98,8 @@ impl Difference {
     fn part(&self, rgba: &[u8], [x, y]: [u32; 2]) -> Vec<u8> {
         let [w, h] = self.size.map(i64::from);
         let rows = -AROUND..=AROUND;
-        let places = rows.flat_map(|dy| (-AROUND..=AROUND).map(move |dx| (i64::from(x) + dx, i64::from(y) + dy)));
+        let places =
+            rows.flat_map(|dy| (-AROUND..=AROUND).map(move |dx| (i64::from(x) + dx, i64::from(y) + dy)));
         places
             .flat_map(|(x, y)| match (0..w).contains(&x) && (0..h).contains(&y) {
                 true => rgba.as_chunks::<4>().0[(y * w + x) as usize],

@@ -57,7 +57,12 @@ fn motif() -> VideoMemory {
     let mut m = memory();
     draw2d::fill(&mut m, [[14.0, 10.0], [44.0, 14.0], [20.0, 34.0]], AreaColors::One(RED), Blend::Replace);
     let colors = [[10, 80, 30, 255], [200, 120, 60, 255], [90, 240, 150, 255]];
-    draw2d::fill(&mut m, [[30.0, 20.0], [52.0, 24.0], [40.0, 40.0]], AreaColors::Three(colors), Blend::Replace);
+    draw2d::fill(
+        &mut m,
+        [[30.0, 20.0], [52.0, 24.0], [40.0, 40.0]],
+        AreaColors::Three(colors),
+        Blend::Replace,
+    );
     m
 }
 
@@ -172,7 +177,13 @@ fn a_ramp_of_another_place() {
     let ramp = draw2d::RampColor { from: RED, to: Some(BLUE) };
     let (mut exact, mut mine) = (memory(), memory());
     draw2d::line(&mut exact, ends[0], ends[1], ramp, Blend::Replace);
-    draw2d::line(&mut mine, ends[0], ends[1], draw2d::RampColor { from: BLUE, to: Some(RED) }, Blend::Replace);
+    draw2d::line(
+        &mut mine,
+        ends[0],
+        ends[1],
+        draw2d::RampColor { from: BLUE, to: Some(RED) },
+        Blend::Replace,
+    );
     let shape = Shape::Line { ends, colors: Some([RED, BLUE]), is_blended: false };
     only(&compare(&mine, &exact, &[shape]), Class::Ramp);
 }
@@ -186,7 +197,8 @@ fn a_square_of_two_triangles_blended_twice_on_its_seam() {
     corners.iter().for_each(|c| draw2d::fill(&mut exact, *c, half.into(), Blend::Over));
     let mut mine = exact.clone();
     (4..40).for_each(|i| draw2d::put_pixel(&mut mine, i, i, half, Blend::Over));
-    let shape = |c: &[[f64; 2]; 3]| Shape::Face { corners: *c, color: Some(half), is_blended: true, number: None };
+    let shape =
+        |c: &[[f64; 2]; 3]| Shape::Face { corners: *c, color: Some(half), is_blended: true, number: None };
     let shapes: Vec<Shape> = corners.iter().map(shape).collect();
     let d = compare(&mine, &exact, &shapes);
     only(&d, Class::CountedTwice);
@@ -233,7 +245,8 @@ fn another_face_in_front() {
     let near = [[10.0, 8.0], [40.0, 8.0], [24.0, 40.0]];
     let far = [[16.0, 6.0], [50.0, 30.0], [12.0, 36.0]];
     let (mut exact, mut mine) = (memory(), memory());
-    for (first, second, m) in [((far, BLUE), (near, RED), &mut exact), ((near, RED), (far, BLUE), &mut mine)] {
+    for (first, second, m) in [((far, BLUE), (near, RED), &mut exact), ((near, RED), (far, BLUE), &mut mine)]
+    {
         draw2d::fill(m, first.0, first.1.into(), Blend::Replace);
         draw2d::fill(m, second.0, second.1.into(), Blend::Replace);
     }
@@ -242,7 +255,8 @@ fn another_face_in_front() {
     let surface = |n: u64, _: [u32; 2]| {
         Some(Surface { color: if n == 0 { RED } else { BLUE }, opacity: 1.0, z: 0.25 + n as f64 / 2.0 })
     };
-    let geometry = Geometry { shapes: vec![shape(near, 0), shape(far, 1)], surface: &surface, is_complete: true };
+    let geometry =
+        Geometry { shapes: vec![shape(near, 0), shape(far, 1)], surface: &surface, is_complete: true };
     let d = Difference::new(&mine, &exact, 0, Some(&geometry));
     check(&d);
     only(&d, Class::OtherFace);
@@ -308,7 +322,7 @@ fn whole_pictures() {
                 };
                 (from(x, w), from(y, h))
             }),
-            "scaled by 0.75",
+            "scaled by 0.7",
         ),
     ];
     for (mine, words) in moves {

@@ -61,18 +61,22 @@ const NEAR: i64 = 4;
 const SCALED: u8 = 24;
 
 impl Whole {
-    /// Finds the change; `wrong` is the number of wrong pixels.
-    pub(super) fn find(pixels: &Pixels<'_>, wrong: usize) -> Option<Whole> {
+    /// Finds a change that leaves at most one `part` of the wrong pixels wrong.
+    pub(super) fn find(pixels: &Pixels<'_>, places: &[[u32; 2]], part: usize) -> Option<Whole> {
+        let wrong = places.len();
         if wrong < 4 {
             return None;
         }
+        // A scale moves edges, and does not change all colours a little.
+        let is_far = places.iter().filter(|at| pixels.distance(**at) > SCALED).count() * 2 >= wrong;
         let moves = [Whole::UpsideDown, Whole::Mirrored, Whole::HalfTurn].into_iter();
         let moves = moves.chain(shifts(pixels).into_iter().map(Whole::Shifted));
         let best = moves.map(|whole| (whole.wrong_after(pixels, wrong), whole));
         let best = best.min_by_key(|(after, whole)| (*after, whole.effort()));
         match best {
-            Some((after, whole)) if after * 10 <= wrong => Some(whole),
-            _ => scale(pixels),
+            Some((after, whole)) if after * part <= wrong => Some(whole),
+            _ if is_far && part <= 10 => scale(pixels),
+            _ => None,
         }
     }
 
@@ -171,7 +175,12 @@ fn scale(pixels: &Pixels<'_>) -> Option<Whole> {
         range.map(|k| (agreement(pixels, k), k)).max_by(|a, b| a.0.total_cmp(&b.0))
     };
     let (_, near) = best_of(&mut (-45..=45).map(|i| 1.02f64.powi(i)))?;
-    let (share, k) = best_of(&mut (-20..=20).map(|i| near * (1.0 + f64::from(i) * 0.001)))?;
+    let finer = |i: i32| near * (1.0 + f64::from(i) * 0.001);
+    let (share, _) = best_of(&mut (-20..=20).map(finer))?;
+    // The middle of those that agree as well: pixels are coarse.
+    let as_well: Vec<f64> =
+        (-20..=20).map(finer).filter(|k| agreement(pixels, *k) >= share - 0.002).collect();
+    let k = as_well.iter().sum::<f64>() / as_well.len() as f64;
     let before = agreement(pixels, 1.0);
     let is_found = share >= 0.85 && 1.0 - share <= 0.3 * (1.0 - before) && (k - 1.0).abs() > 0.01;
     is_found.then_some(Whole::Scaled(k))

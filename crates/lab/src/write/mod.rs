@@ -5,8 +5,8 @@ mod json;
 mod markdown;
 mod plot;
 
-pub(crate) use html::png_base64;
 pub use html::html;
+pub(crate) use html::png_base64;
 pub use json::{errors_json, json};
 pub use markdown::{goals_markdown, hard_markdown, markdown};
 pub use plot::contact_sheet;
