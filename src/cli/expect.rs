@@ -8,7 +8,7 @@
 use super::compare::{Exact, Reading, is_picture};
 use super::render_args::RenderArgs;
 use super::{say, say_as_program};
-use crate::measure::difference::Difference;
+use crate::measure::difference::WrongPixels;
 use crate::memory::VideoMemory;
 use crate::save::golden::{self, GoldenError, Mode, Tolerance};
 use clap::Args;
@@ -54,7 +54,8 @@ impl ExpectArgs {
 impl Expected {
     /// Compares a frame, says what is wrong with it, and returns whether it is equal.
     pub(super) fn is_met_by(&self, memory: &VideoMemory) -> bool {
-        match is_picture(&self.path) {
+        // Golden pictures are PNG files.
+        match self.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
             true => self.is_golden(memory),
             false => self.is_drawn(memory),
         }
@@ -66,7 +67,7 @@ impl Expected {
         };
         say_as_program(&error);
         if let (GoldenError::Differs { .. }, Ok(exact)) = (&error, golden::read_png(&self.path)) {
-            classes(&Difference::new(memory, &exact, self.tolerance.per_channel, None));
+            classes(&WrongPixels::new(memory, &exact, self.tolerance.per_channel, None));
         }
         false
     }
@@ -97,7 +98,7 @@ impl Expected {
 }
 
 /// Prints the classes of a difference.
-fn classes(difference: &Difference) {
+fn classes(difference: &WrongPixels) {
     say(difference.to_string().trim_end());
 }
 

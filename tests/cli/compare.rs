@@ -12,7 +12,7 @@ const MINE: &str =
     "SIZE 64 48\nCLEAR black\nLINE 2 5 52 18 red\nPX 52 18 000000\nFILL 10 20 40 20 40 44 lime\n";
 
 const SCENE: &str = "<Scene><Viewpoint position='0 0 4'/><Background skyColor='0 0 0.2'/>\
-    <Shape><Appearance><Material emissiveColor='1 0.5 0'/></Appearance>\
+    <Shape><Appearance><Material diffuseColor='0 0 0' emissiveColor='1 0.5 0'/></Appearance>\
     <Box size='1 2 0.5'/></Shape></Scene>";
 
 fn draw(folder: &Folder, name: &str, stream: &str) -> String {

@@ -7,7 +7,7 @@ use super::super::scene_file::{self, ReadOptions, SceneError};
 use super::geometry::{Figures, of_scene};
 use crate::animation::{Animation, FrameOptions, LoadedScene};
 use crate::load::SandboxDir;
-use crate::measure::difference::{Difference, Geometry, Shape, Surface};
+use crate::measure::difference::{Geometry, Shape, Surface, WrongPixels};
 use crate::memory::{DepthFormat, VideoMemory};
 use crate::pipeline::SceneOptions;
 use crate::pipeline::trace::trace_pixels;
@@ -68,20 +68,20 @@ impl Exact {
     }
 
     /// Compares a picture with this one.
-    pub fn difference(&self, mine: &VideoMemory, per_channel: u8) -> Difference {
+    pub fn difference(&self, mine: &VideoMemory, per_channel: u8) -> WrongPixels {
         let none = |_: u64, _: [u32; 2]| None;
         match &self.drawn {
-            None => Difference::new(mine, &self.memory, per_channel, None),
+            None => WrongPixels::new(mine, &self.memory, per_channel, None),
             Some(DrawnFrom::Stream(figures)) => {
                 let shapes = figures.shapes.clone();
                 let geometry = Geometry { shapes, surface: &none, is_complete: figures.is_complete };
-                Difference::new(mine, &self.memory, per_channel, Some(&geometry))
+                WrongPixels::new(mine, &self.memory, per_channel, Some(&geometry))
             }
             Some(DrawnFrom::Scene { scene, options, shapes, is_complete }) => {
                 let size = [self.memory.width(), self.memory.height()];
                 let compared = |surface: &dyn Fn(u64, [u32; 2]) -> Option<Surface>| {
                     let geometry = Geometry { shapes: shapes.clone(), surface, is_complete: *is_complete };
-                    Difference::new(mine, &self.memory, per_channel, Some(&geometry))
+                    WrongPixels::new(mine, &self.memory, per_channel, Some(&geometry))
                 };
                 trace_pixels(scene, options, size, DepthFormat::default(), |pixel| {
                     compared(&|number, at| {

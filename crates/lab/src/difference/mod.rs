@@ -2,7 +2,7 @@
 //!
 //! In: two pictures of one size, the difference that a channel may have, and, where the exact
 //! picture was drawn from commands or a scene, its lines and faces on the screen. Out: a
-//! [`Difference`]: every wrong pixel in one [`Class`], with counts, places and a sentence each.
+//! [`WrongPixels`]: every wrong pixel in one [`Class`], with counts, places and a sentence each.
 //!
 //! Right is: the classes' counts sum to the number of wrong pixels; a pixel is in a class only if
 //! the cause, applied to the exact picture, gives the bytes that were found (within two steps of
@@ -108,9 +108,9 @@ pub struct Finding {
     pub examples: Vec<[u32; 2]>,
 }
 
-/// Difference of two pictures.
+/// The wrong pixels of a picture, by their causes.
 #[derive(Clone, Debug)]
-pub struct Difference {
+pub struct WrongPixels {
     /// Width and height of the drawn picture.
     pub size: [u32; 2],
     /// Width and height of the exact picture.
@@ -132,7 +132,7 @@ pub struct Difference {
 /// Number of places that a finding has.
 const EXAMPLES: usize = 4;
 
-impl Difference {
+impl WrongPixels {
     /// Compares `mine` with `exact`; a pixel is wrong if one of its channels differs by more than
     /// `per_channel`. `geometry` is that of the exact picture, where it is known.
     pub fn new(
@@ -140,9 +140,9 @@ impl Difference {
         exact: &VideoMemory,
         per_channel: u8,
         geometry: Option<&Geometry<'_>>,
-    ) -> Difference {
+    ) -> WrongPixels {
         let size = |m: &VideoMemory| [m.width(), m.height()];
-        let mut difference = Difference {
+        let mut difference = WrongPixels {
             size: size(mine),
             exact_size: size(exact),
             wrong: 0,

@@ -1,7 +1,7 @@
 //! A difference as one HTML page: both pictures, the wrong pixels in the colours of their classes,
 //! and for each class some places, magnified.
 
-use super::{Class, Difference, Finding};
+use super::{Class, Finding, WrongPixels};
 use crate::write::{escape, png_base64};
 use std::fmt::Write as _;
 
@@ -39,7 +39,7 @@ fn image(out: &mut String, what: &str, width: u32, rgba: &[u8], on_page: i64) {
     );
 }
 
-impl Difference {
+impl WrongPixels {
     /// Returns the page; `names` are those of the drawn and the exact picture.
     pub fn page(&self, names: [&str; 2]) -> String {
         let [mine, exact] = names.map(escape);

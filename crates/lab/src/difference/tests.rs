@@ -1,6 +1,6 @@
 //! Causes that are put into a picture come out again, and their controls do not.
 
-use super::{Class, Difference, Geometry, Shape, Surface};
+use super::{Class, Geometry, Shape, Surface, WrongPixels};
 use fbptr_core::draw2d::{self, AreaColors, Blend};
 use fbptr_core::memory::{Rgba, VideoMemory};
 
@@ -16,21 +16,21 @@ fn no_surface(_: u64, _: [u32; 2]) -> Option<Surface> {
     None
 }
 
-fn compare(mine: &VideoMemory, exact: &VideoMemory, shapes: &[Shape]) -> Difference {
+fn compare(mine: &VideoMemory, exact: &VideoMemory, shapes: &[Shape]) -> WrongPixels {
     let geometry = Geometry { shapes: shapes.to_vec(), surface: &no_surface, is_complete: true };
-    let d = Difference::new(mine, exact, 0, Some(&geometry));
+    let d = WrongPixels::new(mine, exact, 0, Some(&geometry));
     check(&d);
     d
 }
 
-fn pictures(mine: &VideoMemory, exact: &VideoMemory) -> Difference {
-    let d = Difference::new(mine, exact, 0, None);
+fn pictures(mine: &VideoMemory, exact: &VideoMemory) -> WrongPixels {
+    let d = WrongPixels::new(mine, exact, 0, None);
     check(&d);
     d
 }
 
 /// Every wrong pixel is in one class, and the texts say something.
-fn check(d: &Difference) {
+fn check(d: &WrongPixels) {
     assert_eq!(d.findings.iter().map(|f| f.pixels).sum::<u64>(), d.wrong, "{d}");
     assert!(d.findings.iter().all(|f| !f.text.is_empty() && !f.examples.is_empty()), "{d}");
     assert_eq!(d.is_equal(), d.findings.is_empty());
@@ -38,7 +38,7 @@ fn check(d: &Difference) {
 
 /// Returns the only class.
 #[track_caller]
-fn only(d: &Difference, class: Class) {
+fn only(d: &WrongPixels, class: Class) {
     assert_eq!(d.findings.iter().map(|f| f.class).collect::<Vec<_>>(), [class], "{d}");
 }
 
@@ -83,7 +83,7 @@ fn moved(m: &VideoMemory, source: impl Fn(i32, i32) -> (i32, i32)) -> VideoMemor
 fn equal_pictures_and_other_sizes() {
     let d = pictures(&motif(), &motif());
     assert!(d.is_equal() && d.to_string().starts_with("equal"), "{d}");
-    let d = Difference::new(&motif(), &VideoMemory::new(5, 4).unwrap(), 0, None);
+    let d = WrongPixels::new(&motif(), &VideoMemory::new(5, 4).unwrap(), 0, None);
     assert!(!d.is_equal());
     assert_eq!(d.to_string(), "the picture has 64x48 pixels, the exact one 5x4\n");
 }
@@ -257,14 +257,14 @@ fn another_face_in_front() {
     };
     let geometry =
         Geometry { shapes: vec![shape(near, 0), shape(far, 1)], surface: &surface, is_complete: true };
-    let d = Difference::new(&mine, &exact, 0, Some(&geometry));
+    let d = WrongPixels::new(&mine, &exact, 0, Some(&geometry));
     check(&d);
     only(&d, Class::OtherFace);
     assert!(d.findings[0].text.contains("triangle 1 at ("), "{d}");
     // A colour that no face has there is not another face's.
     let mut mine = exact.clone();
     mine.put_pixel(24, 20, [1, 2, 3, 255]);
-    let d = Difference::new(&mine, &exact, 0, Some(&geometry));
+    let d = WrongPixels::new(&mine, &exact, 0, Some(&geometry));
     only(&d, Class::Other);
 }
 

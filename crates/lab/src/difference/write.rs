@@ -1,10 +1,10 @@
 //! A difference as text and as JSON.
 
-use super::{Class, Difference};
+use super::{Class, WrongPixels};
 use serde_json::{Value, json};
 use std::fmt;
 
-impl fmt::Display for Difference {
+impl fmt::Display for WrongPixels {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let ([w, h], [ew, eh]) = (self.size, self.exact_size);
         if self.size != self.exact_size {
@@ -30,7 +30,7 @@ impl fmt::Display for Difference {
     }
 }
 
-impl Difference {
+impl WrongPixels {
     /// Returns the difference as JSON.
     pub fn json(&self) -> Value {
         let findings: Vec<Value> = self
