@@ -21,6 +21,7 @@ const EXAMPLES: &[(&str, &str)] = &[
         "  fbptr play demos/tour.fbs
   fbptr play demos/tour.fbs --headless --snap tour.png
   fbptr play demos/tour.fbs --headless --movie tour.apng --movie-fps 10
+  fbptr play demos/tour.fbs --headless --expect tour.png
   printf 'CLEAR navy\\nLINE 0 0 99 49 gold\\n' | fbptr play - --size 100x50",
     ),
     (
@@ -63,7 +64,8 @@ const EXAMPLES: &[(&str, &str)] = &[
   fbptr render scene.x3d -o - --frames 250 | ffmpeg -i - turn.mp4
   fbptr render scene.x3d -o frames/turn.png --frames 1000 --shard 0/4
   fbptr render t.json -o turn.gif --frames 100 --turn 0,3,360 --turn 1,2,180
-  fbptr render scene.x3d --size 12x10 --trace 5,4",
+  fbptr render scene.x3d --size 12x10 --trace 5,4
+  fbptr render scene.x3d --size 640x480 --expect mine.png",
     ),
     (
         "playground",
@@ -76,6 +78,12 @@ const EXAMPLES: &[(&str, &str)] = &[
   fbptr batch check frames --merge
   fbptr batch movie frames -o turn.gif
   fbptr batch movie frames -o - | ffmpeg -i - turn.mp4",
+    ),
+    (
+        "compare",
+        "  fbptr compare mine.png exact.png
+  fbptr compare mine.png lines.fbs --page wrong.html
+  fbptr compare mine.ppm scene.x3d --tolerance 1 --json",
     ),
     (
         "view",

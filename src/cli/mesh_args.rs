@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Options of reading and showing meshes.
-#[derive(Clone, Debug, Args)]
+#[derive(Clone, Debug, Default, Args)]
 pub(super) struct MeshArgs {
     /// Normals of .obj, .stl and .ply faces that have none: smooth across edges up to an angle (60deg), which smoothing groups of the
     /// file part too; up to about 30deg, where the mesh has the fewest edges (auto); or one for each

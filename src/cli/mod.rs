@@ -11,7 +11,9 @@ mod batch;
 mod bench;
 mod black_picture;
 mod bytes;
+mod compare;
 mod draw;
+mod expect;
 mod eye;
 mod frame_clock;
 mod help;
@@ -37,6 +39,7 @@ mod send;
 mod serve;
 mod signals;
 mod snap;
+mod table;
 mod tour;
 mod trace;
 mod usage;
@@ -83,6 +86,8 @@ enum Task {
     Config(mygl::config::Config),
     /// Render a scene file to a picture, or to a movie
     Render(render::Render),
+    /// Compare a picture with the exact one, and say what is wrong with each wrong pixel
+    Compare(compare::Compare),
     /// Verify frames that were drawn in parts, and join them
     Batch(batch::Batch),
     /// Look at a mesh, a scene or a stream from everywhere
@@ -135,6 +140,7 @@ pub fn main() -> ExitCode {
         Task::Mygl(mygl) => main_thread::beside(|| output::ended(mygl.run())),
         Task::Config(config) => config.run(),
         Task::Render(render) => render.run(),
+        Task::Compare(compare) => compare.run(),
         Task::Batch(batch) => batch.run(),
         Task::View(view) => view.run(),
         Task::Snap(snap) => snap.run(),

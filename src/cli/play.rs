@@ -2,6 +2,7 @@
 
 use super::args::color::color;
 use super::args::crt::CrtArgs;
+use super::expect::{ExpectArgs, Expected};
 use super::frame_clock::FrameClock;
 use super::magic::{self, CommandInput};
 use super::movie::{Clock, MovieArgs, MovieWriter, Sampler};
@@ -9,6 +10,7 @@ use super::output::{self, Stdout};
 use super::progress::Watched;
 use super::render_args::RenderArgs;
 use super::scene_file;
+use super::table::Table;
 use super::trace::TraceAt;
 use super::web::{PreparedWeb, WebArgs, WebPage};
 use super::{FrameSize, Status, check_folder, check_picture, say_as_program, signals};
@@ -50,10 +52,15 @@ pub struct Play {
     /// Write the frame at the end: .png, .ppm or .raw
     #[arg(long, value_name = "OUT")]
     snap: Option<PathBuf>,
+    #[command(flatten)]
+    expect: ExpectArgs,
     /// Print every number that a triangle (N, counted through all draws), what is seen at a pixel (X,Y) or a triangle at a
     /// pixel (N@X,Y) has on its way
     #[arg(long, value_name = "N|X,Y|N@X,Y")]
     trace: Option<TraceAt>,
+    /// Print the picture at the end, or its depths, as a table of text; up to 64x64 pixels
+    #[arg(long, value_name = "color|depth", num_args = 0..=1, require_equals = true, default_missing_value = "color")]
+    table: Option<Table>,
     /// Print how long the frames took from one PRESENT to the next, a movie's writing included: their number, median, 99th
     /// percentile and longest
     #[arg(long, requires = "headless")]
@@ -94,6 +101,7 @@ struct Stream {
     name: String,
     end: EndOfInput,
     has_failed: Arc<AtomicBool>,
+    expected: Option<Expected>,
 }
 
 /// Places that frames go to.
@@ -137,7 +145,13 @@ impl Play {
             check_folder(path)?;
         }
         self.movie.check()?;
-        for (option, is_set) in [("--trace", self.trace.is_some()), ("--explain", self.explain)] {
+        let expected = self.expect.check(&self.drawing)?;
+        let printed = [
+            ("--trace", self.trace.is_some()),
+            ("--explain", self.explain),
+            ("--table", self.table.is_some()),
+        ];
+        for (option, is_set) in printed {
             if self.movie.takes_stdout() && is_set {
                 return Err(format!("--movie - and {option}: both want standard output"));
             }
@@ -169,7 +183,7 @@ impl Play {
         if takes_size {
             engine.take_size();
         }
-        Ok(Stream { engine, input, name, end, has_failed })
+        Ok(Stream { engine, input, name, end, has_failed, expected })
     }
 
     /// Creates the engine according to the arguments.
@@ -206,7 +220,7 @@ impl Play {
 
     /// Plays a prepared stream and writes what was asked for.
     fn play(&self, stream: Stream, movie: Option<MovieWriter>, mut web: Option<PreparedWeb>) -> Status {
-        let Stream { mut engine, input, name, end, has_failed } = stream;
+        let Stream { mut engine, input, name, end, has_failed, expected } = stream;
         let outlets = self.outlets(&mut engine, movie, end);
         web.iter_mut().for_each(|web| web.attach(&mut engine));
         let thread = match RenderThread::start(engine) {
@@ -250,6 +264,7 @@ impl Play {
         if interrupted.load(Ordering::Acquire) {
             return Status::Interrupted;
         }
+        is_saved &= expected.is_none_or(|expected| expected.is_met_by(engine.memory()));
         match has_failed.load(Ordering::Acquire) || !is_saved {
             true => Status::Failed,
             false => Status::Success,
@@ -322,6 +337,16 @@ impl Play {
                 Some(numbers) => output::print(format!("{numbers}\n")),
                 None => {
                     say_as_program("--trace: no draw had this triangle, or gave this pixel its colour");
+                    has_failed.store(true, Ordering::Release);
+                }
+            }
+        }
+        if let Some(table) = self.table {
+            let memory = engine.memory();
+            match table.check(memory.width(), memory.height()) {
+                Ok(()) => table.print(memory, engine.depth()),
+                Err(message) => {
+                    say_as_program(message);
                     has_failed.store(true, Ordering::Release);
                 }
             }

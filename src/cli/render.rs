@@ -3,10 +3,12 @@
 use super::args::color::color;
 use super::batch::ShardArgs;
 use super::black_picture::BlackPicture;
+use super::expect::ExpectArgs;
 use super::mesh_args::MeshArgs;
 use super::render_args::RenderArgs;
 use super::render_output::{ENDINGS, RenderOutput};
 use super::scene_file::{self, ReadOptions, SceneError, SceneFile};
+use super::table::Table;
 use super::trace::{self, TraceAt};
 use super::{FrameSize, Status, output, say_as_program};
 use crate::animation::{Animation, FrameOptions, LoadedScene, PlaneTurn};
@@ -35,7 +37,7 @@ pub struct Render {
     #[arg(long, exclusive = true)]
     list: bool,
     /// The picture: .png, .ppm or .raw; with --frames a movie too: .gif, .apng, .y4m, or - for y4m on standard output
-    #[arg(short, long, value_name = "OUT", required_unless_present_any = ["trace", "list"])]
+    #[arg(short, long, value_name = "OUT", required_unless_present_any = ["trace", "list", "expect", "table"])]
     out: Option<PathBuf>,
     /// The picture's size [default: 640x480, or an N-dimensional screen's own]
     #[arg(long, value_name = "WxH")]
@@ -47,7 +49,7 @@ pub struct Render {
     #[arg(long, value_name = "DIR")]
     root: Option<PathBuf>,
     /// Make the picture that `fbptr view` shows: framed, lit by three lights, on a ground, with smooth edges [its size: 960x720]
-    #[arg(long, conflicts_with_all = ["background", "shade", "near", "far", "depth_out", "max_error", "explain", "all_stages", "trace"])]
+    #[arg(long, conflicts_with_all = ["background", "shade", "near", "far", "depth_out", "max_error", "explain", "all_stages", "trace", "table"])]
     studio: bool,
     /// Shading of faces: wire, flat, gouraud or phong
     #[arg(long, value_name = "S", value_parser = shade)]
@@ -73,6 +75,11 @@ pub struct Render {
     /// Print every number that a triangle (N), a pixel (X,Y) or a triangle at a pixel (N@X,Y) has on its way
     #[arg(long, value_name = "N|X,Y|N@X,Y")]
     trace: Option<TraceAt>,
+    /// Print the picture, or its depths, as a table of text; up to 64x64 pixels
+    #[arg(long, value_name = "color|depth", num_args = 0..=1, require_equals = true, default_missing_value = "color", conflicts_with = "frames")]
+    table: Option<Table>,
+    #[command(flatten)]
+    expect: ExpectArgs,
     /// Seconds since the scene's start
     #[arg(long, value_name = "T", value_parser = finite, default_value = "0", allow_negative_numbers = true)]
     time: f64,
@@ -154,6 +161,7 @@ impl Render {
 
     fn render(&self) -> Result<(), SceneError> {
         self.check()?;
+        let expected = self.expect.check(&self.drawing).map_err(SceneError::NoFile)?;
         let budget = &self.drawing.budget();
         let options = ReadOptions { root: self.root.as_deref(), meshes: &self.meshes };
         let LoadedScene { file, crc, held: _held, .. } =
@@ -165,7 +173,10 @@ impl Render {
         let name = self.scene().file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         let animation = Animation::new(file, name, self.frame_options())
             .map_err(|e| SceneError::NoFile(format!("--turn: {e}")))?;
+        let [width, height] = animation.size();
+        self.table.map_or(Ok(()), |table| table.check(width, height)).map_err(SceneError::NoFile)?;
         let mut output = self.output(&animation, crc)?;
+        output.expect(expected);
         if animation.is_turntable() {
             let (scene, frames) = (self.scene().display(), animation.options.count);
             say_as_program(format_args!("{scene} has no animation: the {frames} frames are one turn"));
@@ -245,10 +256,15 @@ impl Render {
         if let Some(path) = &self.depth_out {
             save::check_depth_path(path).map_err(|e| bad(e.to_string()))?;
         }
-        if self.out.as_deref() == Some(Path::new("-")) && (self.explain || self.trace.is_some()) {
+        let prints = self.explain || self.trace.is_some() || self.table.is_some();
+        if self.out.as_deref() == Some(Path::new("-")) && prints {
             return Err(bad(
-                "-o -: standard output is the movie's, and --explain and --trace print there".to_owned()
+                "-o -: standard output is the movie's, and --explain, --trace and --table print there"
+                    .to_owned(),
             ));
+        }
+        if self.expect.expect.is_some() && self.frames.is_some() {
+            return Err(bad("--expect is for one picture, not for --frames".to_owned()));
         }
         if self.shard.is_given() {
             self.shard.check(self.frames.unwrap_or(1)).map_err(bad)?;
@@ -372,7 +388,10 @@ impl Render {
         }
         let mut depth = None;
         let options = SceneOptions {
-            depth_use: if self.depth_out.is_some() { DepthUse::Keep } else { DepthUse::SceneOnly },
+            depth_use: match self.depth_out.is_some() || self.table == Some(Table::Depth) {
+                true => DepthUse::Keep,
+                false => DepthUse::SceneOnly,
+            },
             ..animation.scene_options()
         };
         let mut cheaper = None;
@@ -429,6 +448,9 @@ impl Render {
         frame: u32,
         output: &mut RenderOutput,
     ) -> Result<(), DrawError> {
+        if let Some(table) = self.table {
+            table.print(memory, depth);
+        }
         let far = match (&self.depth_out, depth) {
             (Some(_), None) => {
                 let [width, height] = [memory.width(), memory.height()];

@@ -1,6 +1,7 @@
 //! The destination of the pictures of `fbptr render`: a movie, a file each, or the files of a batch.
 
 use super::batch::{BatchPlan, BatchWriter, ShardArgs, written_file};
+use super::expect::Expected;
 use super::progress::Progress;
 use super::render::{DrawError, is_movie};
 use super::say_as_program;
@@ -25,6 +26,9 @@ pub(super) struct RenderOutput {
     frames: std::vec::IntoIter<u32>,
     /// Frames of a batch that the scene has refused.
     failed: Vec<u32>,
+    /// Picture that the frames are compared with, and whether one differs.
+    expected: Option<Expected>,
+    differs: bool,
     /// Set when the reader of the movie has closed the pipe.
     has_hung_up: bool,
     progress: Progress,
@@ -75,8 +79,15 @@ impl RenderOutput {
             progress: Progress::new("frames", frames_to_draw.len() as u64),
             frames: frames_to_draw.into_iter(),
             failed: Vec::new(),
+            expected: None,
+            differs: false,
             has_hung_up: false,
         })
+    }
+
+    /// Sets the picture that the frame is compared with.
+    pub fn expect(&mut self, expected: Option<Expected>) {
+        self.expected = expected;
     }
 
     /// Returns the next frame to draw; none if the reader of the movie is gone.
@@ -119,6 +130,9 @@ impl RenderOutput {
             let written = written_file(&path, !self.is_numbered, |out| save::pfm(depth, out));
             files.push(written.map_err(|e| self.unwritten(&e))?);
         }
+        if let Some(expected) = &self.expected {
+            self.differs |= !expected.is_met_by(memory);
+        }
         if let Some(batch) = &mut self.batch {
             batch.record(frame, save::crc32(memory), files)?;
         }
@@ -153,8 +167,11 @@ impl RenderOutput {
     /// Ends the output.
     ///
     /// # Errors
-    /// If frames of a batch were refused.
+    /// If frames of a batch were refused, or the picture is not the expected one.
     pub fn finish(self) -> Result<(), SceneError> {
+        if self.differs {
+            return Err(SceneError::Refused("the picture is not the expected one".to_owned()));
+        }
         match self.failed.len() {
             0 => Ok(()),
             count => {

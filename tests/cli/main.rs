@@ -5,6 +5,7 @@ mod api;
 mod batch;
 mod blocks;
 mod claims;
+mod compare;
 mod demos;
 mod docs;
 mod draw;

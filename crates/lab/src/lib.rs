@@ -23,6 +23,7 @@ mod clock;
 mod coverage;
 mod coverage_drawn;
 mod depth;
+pub mod difference;
 mod experiment;
 mod eye;
 mod fibre_fan;

@@ -28,6 +28,7 @@ mod spawn;
 mod told;
 
 use super::args::crt::CrtArgs;
+use super::expect::ExpectArgs;
 use super::movie::MovieArgs;
 use super::web::WebArgs;
 use super::{FrameSize, Status, say_as_program};
@@ -77,15 +78,8 @@ pub struct Run {
     /// Write the frame as it stands at the end: .png, .ppm or .raw
     #[arg(long, value_name = "OUT")]
     snap: Option<PathBuf>,
-    /// Compare the frame at the end with a picture. The status is 0 if they are equal; if not, it
-    /// is 1, and the frame and the difference are written beside the picture. BLESS=1 in the
-    /// environment writes the picture, and fails
-    #[arg(long, value_name = "PNG")]
-    expect: Option<PathBuf>,
-    /// Difference that --expect allows in a channel, and the number of pixels that may differ by
-    /// more
-    #[arg(long, value_name = "N[,PIXELS]", default_value = "0", requires = "expect")]
-    tolerance: String,
+    #[command(flatten)]
+    expect: ExpectArgs,
     /// Replay input from a file of lines TIME EVENT: key down|up NAME, press NAME, type TEXT, mouse X Y BUTTONS, wheel
     /// DX DY. Times count from the program's first opening of the framebuffer, as in 1.5s press
     /// left

@@ -2,9 +2,10 @@
 
 use super::super::args::crt::CrtArgs;
 use super::super::check_picture;
+use super::super::expect::Expected;
+use super::super::render_args::RenderArgs;
 use super::{Refusal, Run};
 use crate::memory::VideoMemory;
-use crate::save::golden::{self, Mode, Tolerance};
 use std::path::PathBuf;
 
 /// Pictures that are asked for.
@@ -13,7 +14,7 @@ pub struct Pictures {
     snap: Option<PathBuf>,
     /// Look of the picture of `snap`; comparisons are of the frame itself.
     crt: CrtArgs,
-    expect: Option<(PathBuf, Tolerance)>,
+    expect: Option<Expected>,
 }
 
 impl Pictures {
@@ -23,13 +24,10 @@ impl Pictures {
         if let Some(snap) = &args.snap {
             check_picture(snap).map_err(refuse)?;
         }
-        let tolerance = tolerance(&args.tolerance).ok_or_else(|| {
-            refuse(format!("--tolerance: N or N,PIXELS is expected, N to 255, not {:?}", args.tolerance))
-        })?;
         Ok(Pictures {
             snap: args.snap.clone(),
             crt: args.crt,
-            expect: args.expect.clone().map(|path| (path, tolerance)),
+            expect: args.expect.check(&RenderArgs::default()).map_err(refuse)?,
         })
     }
 
@@ -46,19 +44,6 @@ impl Pictures {
         if let Some(path) = &self.snap {
             self.crt.save(memory, path)?;
         }
-        let Some((path, tolerance)) = &self.expect else { return Ok(None) };
-        match golden::check(memory, path, *tolerance, Mode::from_env()) {
-            Ok(()) => Ok(Some(true)),
-            Err(error) => {
-                super::say_as_program(error);
-                Ok(Some(false))
-            }
-        }
+        Ok(self.expect.as_ref().map(|expected| expected.is_met_by(memory)))
     }
-}
-
-/// Parses `N` or `N,PIXELS`.
-fn tolerance(text: &str) -> Option<Tolerance> {
-    let (channel, pixels) = text.split_once(',').unwrap_or((text, "0"));
-    Some(Tolerance { per_channel: channel.parse().ok()?, pixels: pixels.parse().ok()? })
 }

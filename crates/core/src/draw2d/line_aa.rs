@@ -52,6 +52,14 @@ pub fn line_aa(memory: &mut VideoMemory, p0: [f64; 2], p1: [f64; 2], color: Rgba
     memory.mark_rows(first..end);
 }
 
+/// Returns the area of a pixel that the line covers; `None` if it covers none.
+pub(super) fn coverage_at(p0: [f64; 2], p1: [f64; 2], [x, y]: [i32; 2]) -> Option<f64> {
+    let clip = PixelRect { x0: x, y0: y, x1: x.checked_add(1)?, y1: y.checked_add(1)? };
+    let mut found = None;
+    for_each_covered_pixel(p0, p1, clip, |_, _, area| found = Some(area));
+    found
+}
+
 /// Calls `f(x, y, coverage)` for the pixels inside `clip` that the rectangle meets, with their
 /// coverage in [0,1]. `frame` holds `clip`; rounding depends on it alone.
 #[inline(always)]

@@ -41,6 +41,7 @@ mod rect;
 mod row_ends;
 mod row_search;
 mod text;
+pub mod trace;
 mod wide_line;
 
 pub use crate::memory::over;

@@ -237,6 +237,27 @@ pub fn trace_scene(
     trace_calls(&calls, &names, options, size, format, probe)
 }
 
+/// Gives `ask` a function that traces triangles of a scene, by their index as in [`Probe::Triangle`],
+/// at pixels (x, y); it returns `None` where the triangle is not drawn or does not cover the pixel.
+///
+/// # Errors
+/// As [`super::draw_scene`], and when the frame cannot be created.
+pub fn trace_pixels<R>(
+    scene: &Scene,
+    options: &SceneOptions,
+    size: [u32; 2],
+    format: DepthFormat,
+    ask: impl FnOnce(&dyn Fn(u64, [i32; 2]) -> Option<PixelTrace>) -> R,
+) -> Result<R, TraceError> {
+    let calls = calls_of(scene, options);
+    let all = prepare(&calls, size, format)?;
+    Ok(ask(&|number, at| {
+        let (object, triangle) = numbered(&all, number).ok()?;
+        let trace = follow(&all[object], (object, String::new()), triangle, Some(at), size, format);
+        trace.pixel.filter(|pixel| pixel.is_covered)
+    }))
+}
+
 /// Traces one triangle or pixel of a single draw into a frame of `size`.
 ///
 /// # Errors
@@ -260,13 +281,7 @@ fn trace_calls(
     format: DepthFormat,
     probe: Probe,
 ) -> Result<Trace, TraceError> {
-    // Planning requires a target; nothing is written to it.
-    let mut memory = VideoMemory::new(size[0], size[1])?;
-    let mut depth = None;
-    let target = Target { memory: &mut memory, depth: &mut depth, depth_format: format, ids: None };
-    let prepared = calls.iter().map(|call| PreparedDraw::new(call, &target, &mut DrawStats::default()));
-    let mut all = prepared.collect::<Result<Vec<_>, _>>()?;
-    all.iter_mut().for_each(|p| add_path(p, &target, Backend::default(), true));
+    let all = prepare(calls, size, format)?;
     let (object, triangle, at) = match probe {
         Probe::Triangle(n) => {
             let (object, triangle) = numbered(&all, n)?;
@@ -286,6 +301,22 @@ fn trace_calls(
     let mut trace = follow(&all[object], (object, name.to_owned()), triangle, at, size, format);
     trace.fast = fast::fast(&all[object], triangle, at, size, format);
     Ok(trace)
+}
+
+/// Prepares the draws of a frame.
+fn prepare<'a>(
+    calls: &'a [DrawCall<'a>],
+    size: [u32; 2],
+    format: DepthFormat,
+) -> Result<Vec<PreparedDraw<'a>>, TraceError> {
+    // Planning requires a target; nothing is written to it.
+    let mut memory = VideoMemory::new(size[0], size[1])?;
+    let mut depth = None;
+    let target = Target { memory: &mut memory, depth: &mut depth, depth_format: format, ids: None };
+    let prepared = calls.iter().map(|call| PreparedDraw::new(call, &target, &mut DrawStats::default()));
+    let mut all = prepared.collect::<Result<Vec<_>, _>>()?;
+    all.iter_mut().for_each(|p| add_path(p, &target, Backend::default(), true));
+    Ok(all)
 }
 
 /// Returns object and triangle of an index that counts over all objects.

@@ -62,6 +62,7 @@ impl Engine {
         session.stats.commands += request.count() as u64;
         session.has_used_other_verbs |= !request.is_pixelflut();
         self.send(&Event::Received(&request));
+        self.follow_request(session, &request);
         let request = match request {
             Request::Command(command) if self.may_suspend && self.is_long_on_surface(session, &command) => {
                 match self.begin_in_pieces(session, command) {

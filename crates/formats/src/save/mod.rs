@@ -20,7 +20,7 @@ pub use atomic::{atomically, replace};
 pub use formats::{SnapshotFormat, check_depth_path, crc32, depth_to_path, pfm, png, ppm, raw, to_path};
 pub use movie::{MOVIE_ENDINGS, Movie, MovieFormat, numbered_path};
 #[doc(hidden)]
-pub use read::read_frame;
+pub use read::{read_frame, read_picture};
 pub use read_file::read_input;
 pub use read_file::{open_regular, read_regular};
 pub(crate) use rgba::rgba8;

@@ -5,6 +5,29 @@ use fbptr_core::memory::VideoMemory;
 use std::io;
 use std::path::Path;
 
+/// Reads a picture of any size from the bytes of the file at `path`, in the format of its extension;
+/// `size` is that of a `.raw` file, which does not state it.
+///
+/// # Errors
+/// If the bytes are no picture of that format.
+#[doc(hidden)]
+pub fn read_picture(path: &Path, bytes: &[u8], size: Option<[u32; 2]>) -> Result<VideoMemory, SaveError> {
+    let invalid = |reason: String| SaveError::io(path, &io::Error::new(io::ErrorKind::InvalidData, reason));
+    let format = match SnapshotFormat::of_path(path)? {
+        SnapshotFormat::Png => image::ImageFormat::Png,
+        SnapshotFormat::Ppm => image::ImageFormat::Pnm,
+        SnapshotFormat::Raw => {
+            let size = size.ok_or_else(|| invalid("a raw file does not state its size".to_owned()))?;
+            return read_frame(path, bytes, size);
+        }
+    };
+    let picture = image::load_from_memory_with_format(bytes, format).map_err(|e| invalid(e.to_string()))?;
+    let mut memory =
+        VideoMemory::new(picture.width(), picture.height()).map_err(|e| invalid(e.to_string()))?;
+    memory.bytes_mut().copy_from_slice(&rgba8(picture));
+    Ok(memory)
+}
+
 /// Reads a frame of `size` from the bytes of the file at `path`, in the format of its extension.
 ///
 /// # Errors
@@ -51,6 +74,9 @@ mod tests {
             format.write(&memory, &mut bytes).unwrap();
             let read = read_frame(Path::new(&path), &bytes, [3, 2]).unwrap();
             assert_eq!(read.bytes(), memory.bytes(), "{format:?}");
+            let read = read_picture(Path::new(&path), &bytes, Some([3, 2])).unwrap();
+            assert_eq!(read.bytes(), memory.bytes(), "{format:?}");
+            assert_eq!(read_picture(Path::new(&path), &bytes, None).is_err(), format == SnapshotFormat::Raw);
             assert!(read_frame(Path::new(&path), &bytes, [2, 3]).is_err() || format == SnapshotFormat::Raw);
             assert!(read_frame(Path::new(&path), &bytes[1..], [3, 2]).is_err(), "{format:?}");
         }

@@ -180,7 +180,7 @@ fn pictures(out: &mut String, section: &Section) {
 }
 
 /// Encodes RGBA bytes as a PNG in base 64.
-fn png_base64(width: u32, rgba: &[u8]) -> String {
+pub(crate) fn png_base64(width: u32, rgba: &[u8]) -> String {
     let height = rgba.len() as u32 / 4 / width.max(1);
     let mut png = std::io::Cursor::new(Vec::new());
     image::write_buffer_with_format(

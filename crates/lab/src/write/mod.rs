@@ -6,9 +6,11 @@ mod markdown;
 mod plot;
 
 pub use html::html;
+pub(crate) use html::png_base64;
 pub use json::{errors_json, json};
 pub use markdown::{goals_markdown, hard_markdown, markdown};
 pub use plot::contact_sheet;
+pub(crate) use plot::escape;
 
 use super::{Bound, Experiment, Report, Row, Section, Standing, savings, speed_of};
 
