@@ -6,18 +6,19 @@
 
 In: the program, whose `bench 2d --export` writes the figures as streams and the exact pictures. Out: a Markdown table:
 the medians of the rounds in milliseconds, and the time of the fastest other program over ours, as the median of the
-rounds' own ratios with the least and the largest.
+rounds' own ratios with the least and the largest; with `--before BINARY` that of another fbptr over ours as well.
 
-A round draws the same figures by each program right after each other, each round in the other order, on one core: ours by
-`fbptr bench`, which reads a stream of commands and compares the picture with the truth before it times; the others through
-their Python bindings, with paints, paths and surfaces made before. A program's time in a round is the median of its frames.
-Every picture is compared with the exact one: where the number of its pixels that are not black differs by more than two
-percent, the script says so and the time has a star. Text is of other letters in every program and has no such check.
+A round draws the same figures by each program right after each other, each round in the other order, on one core, and
+takes processor time, so that other work on the machine counts for little: ours by `fbptr play` of the stream ten
+times over, parsing included, less the time of an empty stream; the others through their Python bindings, with paints,
+paths and surfaces made before, the shorter of two frames. Before it is timed, `fbptr bench` compares our picture with
+the truth. Every other picture is compared with the exact one: where the number of its pixels that are not black
+differs by more than two percent, the time has a star. Text is of other letters in every program and has no such
+check.
 """
 
 import argparse
 import io
-import json
 import os
 import statistics
 import subprocess
@@ -35,6 +36,8 @@ from PIL import Image, ImageDraw  # noqa: E402
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 SIZE = (1920, 1080)
+# Streams that `play` draws at once.
+REPEATS = 10
 WORKLOADS = (
     "rects rects_over discs discs_over triangles triangles_three triangles_three_over lines lines_aa lines_wide stars "
     "pictures text"
@@ -205,23 +208,30 @@ class Pillow:
         return numpy.asarray(self.image)[:, :, :3]
 
 
-def median_ms(peer, frames):
+def least_ms(peer, frames):
     times = []
     for _ in range(frames):
         peer.clear()
-        begin = time.perf_counter()
+        begin = time.thread_time()
         for call in peer.calls:
             call()
-        times.append(time.perf_counter() - begin)
-    return statistics.median(times) * 1e3
+        times.append(time.thread_time() - begin)
+    return min(times) * 1e3
 
 
-def own_ms(given, work):
-    command = [given.fbptr, "bench", f"2d_{work}", "--json", "--threads", "1", "--frames", str(given.own_frames)]
-    done = subprocess.run(command, capture_output=True, text=True)
-    if done.returncode != 0:
-        sys.exit(f"{' '.join(command)}: {done.stderr}")
-    return json.loads(done.stdout)["med_ms"]
+def processor_ms(binary, stream):
+    command = [binary, "play", "--headless", "--threads", "1", stream]
+    child = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    _, status, used = os.wait4(child.pid, 0)
+    if status != 0:
+        sys.exit(f"{' '.join(command)}: status {status}")
+    return (used.ru_utime + used.ru_stime) * 1e3
+
+
+def own_ms(binary, folder):
+    streams = [os.path.join(folder, name) for name in ("many.fbs", "empty.fbs")]
+    many, empty = (processor_ms(binary, stream) for stream in streams)
+    return (many - empty) / REPEATS
 
 
 def is_alike(peer, exact):
@@ -233,18 +243,24 @@ def is_alike(peer, exact):
 def rounds_of(given, folder, work):
     """Returns the times of all programs by name, one for each round, and the names of those whose picture differs."""
     subprocess.run([given.fbptr, "bench", f"2d_{work}", "--export", folder], check=True)
+    subprocess.run([given.fbptr, "bench", f"2d_{work}", "--frames", "1", "--json"], check=True, capture_output=True)
     with open(os.path.join(folder, f"2d_{work}.fbs"), "rb") as file:
-        figures = figures_of(file.read())
+        stream = file.read()
+    figures = figures_of(stream)
+    for name, repeats in (("many.fbs", REPEATS), ("empty.fbs", 0)):
+        with open(os.path.join(folder, name), "wb") as file:
+            file.write(b"SIZE %d %d\n" % SIZE + stream * repeats)
     exact = numpy.asarray(Image.open(os.path.join(folder, f"2d_{work}.ppm")))
     peers = [kind(work, figures) for kind in (Skia, Sdl, Pillow)]
     peers = [peer for peer in peers if all(peer.calls)]
     different = []
     for peer in peers:
-        median_ms(peer, 1)
+        least_ms(peer, 1)
         if work != "text" and not is_alike(peer, exact):
             different.append(peer.name)
-    programs = [("fbptr", lambda: own_ms(given, work))]
-    programs += [(peer.name, lambda peer=peer: median_ms(peer, given.frames)) for peer in peers]
+    programs = [("fbptr", lambda: own_ms(given.fbptr, folder))]
+    programs += [("before", lambda: own_ms(given.before, folder))] if given.before else []
+    programs += [(peer.name, lambda peer=peer: least_ms(peer, given.frames)) for peer in peers]
     times = {name: [] for name, _ in programs}
     for turn in range(given.rounds):
         for name, run in programs if turn % 2 == 0 else programs[::-1]:
@@ -256,24 +272,33 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--fbptr", default=os.path.join(ROOT, "target/release/fbptr"))
     parser.add_argument("--rounds", type=int, default=9)
-    parser.add_argument("--frames", type=int, default=3, help="frames that each of the others draws in a round")
-    parser.add_argument("--own-frames", type=int, default=7, help="frames that fbptr draws in a round")
+    parser.add_argument("--frames", type=int, default=2, help="frames that each of the others draws in a round")
+    parser.add_argument("--before", help="another fbptr to compare with")
     parser.add_argument("--core", type=int, default=0, help="the core on which all of them run")
     parser.add_argument("--only", default=",".join(WORKLOADS), help="workloads, without their 2d_")
     given = parser.parse_args()
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {given.core})
-    print("| workload | fbptr | Skia | SDL | Pillow | fastest other / fbptr (least to largest) |")
-    print("|---|---|---|---|---|---|")
+    print("| workload | fbptr | Skia | SDL | Pillow | fastest other / fbptr (least to largest) | before / now |")
+    print("|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         for work in given.only.split(","):
             times, different = rounds_of(given, folder, work)
-            others = [column for name, column in times.items() if name != "fbptr"]
-            ratios = sorted(min(column) / own for own, *column in zip(times["fbptr"], *others))
-            cell = lambda name: f"{statistics.median(times[name]):.1f}{'*' * (name in different)}" if name in times else ""
-            cells = " | ".join(cell(name) for name in ("fbptr", "Skia", "SDL", "Pillow"))
-            spread = f"{statistics.median(ratios):.1f} ({ratios[0]:.1f} to {ratios[-1]:.1f})"
-            print(f"| {work} | {cells} | {spread} |", flush=True)
+            others = [column for name, column in times.items() if name not in ("fbptr", "before")]
+            cells = [cell(times, different, name) for name in ("fbptr", "Skia", "SDL", "Pillow")]
+            cells.append(spread(times["fbptr"], [min(column) for column in zip(*others)]))
+            cells.append(spread(times["fbptr"], times.get("before", [])))
+            print(f"| {work} | {' | '.join(cells)} |", flush=True)
+
+
+def cell(times, different, name):
+    return f"{statistics.median(times[name]):.1f}{'*' * (name in different)}" if name in times else ""
+
+
+def spread(own, other):
+    """Returns the median of the rounds' ratios with the least and the largest."""
+    ratios = sorted(them / us for us, them in zip(own, other))
+    return f"{statistics.median(ratios):.1f} ({ratios[0]:.1f} to {ratios[-1]:.1f})" if ratios else ""
 
 
 if __name__ == "__main__":

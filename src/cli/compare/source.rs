@@ -44,7 +44,15 @@ pub struct Exact {
 /// What a picture was drawn from.
 enum DrawnFrom {
     Stream(Figures),
-    Scene { scene: Scene, options: SceneOptions, shapes: Vec<Shape>, is_complete: bool },
+    Scene(Box<SceneGeometry>),
+}
+
+/// A scene, and its figures on the screen.
+struct SceneGeometry {
+    scene: Scene,
+    options: SceneOptions,
+    shapes: Vec<Shape>,
+    is_complete: bool,
 }
 
 /// Returns whether a file is a picture by its name.
@@ -77,7 +85,8 @@ impl Exact {
                 let geometry = Geometry { shapes, surface: &none, is_complete: figures.is_complete };
                 WrongPixels::new(mine, &self.memory, per_channel, Some(&geometry))
             }
-            Some(DrawnFrom::Scene { scene, options, shapes, is_complete }) => {
+            Some(DrawnFrom::Scene(drawn)) => {
+                let SceneGeometry { scene, options, shapes, is_complete } = &**drawn;
                 let size = [self.memory.width(), self.memory.height()];
                 let compared = |surface: &dyn Fn(u64, [u32; 2]) -> Option<Surface>| {
                     let geometry = Geometry { shapes: shapes.clone(), surface, is_complete: *is_complete };
@@ -127,7 +136,7 @@ fn read_scene(path: &Path, reading: Reading<'_>) -> Result<Exact, String> {
         None => {
             let (scene, options) = (animation.scene(0).map_err(|e| failed(&e))?, animation.scene_options());
             let (shapes, is_complete) = of_scene(&scene, &options, animation.size());
-            Some(DrawnFrom::Scene { scene, options, shapes, is_complete })
+            Some(DrawnFrom::Scene(Box::new(SceneGeometry { scene, options, shapes, is_complete })))
         }
     };
     Ok(Exact { memory, drawn })

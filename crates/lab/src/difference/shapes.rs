@@ -403,7 +403,7 @@ impl<'a> Judge<'a> {
                 let edges = edges(corners, at)?;
                 let is_near = edges.iter().all(|e| e.distance > -1.0);
                 let nearest = edges.iter().map(|e| e.distance.abs()).min_by(f64::total_cmp)?;
-                (is_near && nearest < 1.0).then(|| (nearest, shape))
+                (is_near && nearest < 1.0).then_some((nearest, shape))
             }
             _ => None,
         });
