@@ -52,11 +52,16 @@ pub fn line_aa(memory: &mut VideoMemory, p0: [f64; 2], p1: [f64; 2], color: Rgba
     memory.mark_rows(first..end);
 }
 
-/// Returns the area of a pixel that the line covers; `None` if it covers none.
-pub(super) fn coverage_at(p0: [f64; 2], p1: [f64; 2], [x, y]: [i32; 2]) -> Option<f64> {
-    let clip = PixelRect { x0: x, y0: y, x1: x.checked_add(1)?, y1: y.checked_add(1)? };
+/// Returns the area of a pixel that the line covers on a frame of `size`; `None` if it covers none, or
+/// the pixel is off the frame.
+pub(super) fn coverage_at(size: [u32; 2], p0: [f64; 2], p1: [f64; 2], [x, y]: [i32; 2]) -> Option<f64> {
+    let whole = PixelRect { x0: 0, y0: 0, x1: size[0] as i32, y1: size[1] as i32 };
+    if !(0..whole.x1).contains(&x) || !(0..whole.y1).contains(&y) {
+        return None;
+    }
+    let clip = PixelRect { x0: x, y0: y, x1: x + 1, y1: y + 1 };
     let mut found = None;
-    for_each_covered_pixel(p0, p1, clip, |_, _, area| found = Some(area));
+    for_each_covered_pixel(p0, p1, whole, clip, |_, _, area| found = Some(area));
     found
 }
 

@@ -124,9 +124,9 @@ pub fn trace_circle([cx, cy]: [i32; 2], r: i32, color: Rgba, at: [i32; 2]) -> Op
     Some(out)
 }
 
-/// Traces the line of [`super::line_aa`] at pixel (x, y).
-pub fn trace_line_aa(p0: [f64; 2], p1: [f64; 2], color: Rgba, at: [i32; 2]) -> Option<String> {
-    let area = coverage_at(p0, p1, at)?;
+/// Traces the line of [`super::line_aa`] at pixel (x, y) of a frame of `size`.
+pub fn trace_line_aa(size: [u32; 2], [p0, p1]: [[f64; 2]; 2], color: Rgba, at: [i32; 2]) -> Option<String> {
+    let area = coverage_at(size, p0, p1, at)?;
     let coverage = (area * 255.0 + 0.5) as u16;
     let alpha = (coverage * u16::from(color[3]) + 127) / 255;
     if alpha == 0 {
@@ -280,11 +280,12 @@ mod tests {
 
     const C: Rgba = [10, 200, 30, 255];
     const D: Rgba = [250, 20, 90, 255];
+    const SIZE: [u32; 2] = [20, 16];
 
     /// Compares where a figure draws, and its colour, with the traces.
     #[track_caller]
     fn assert_traced(draw: impl Fn(&mut VideoMemory), trace: impl Fn([i32; 2]) -> Option<String>) {
-        let mut memory = VideoMemory::new(20, 16).unwrap();
+        let mut memory = VideoMemory::new(SIZE[0], SIZE[1]).unwrap();
         memory.clear([1, 2, 3, 255]);
         draw(&mut memory);
         for (x, y) in (0..16).flat_map(|y| (0..20).map(move |x| (x, y))) {
@@ -362,8 +363,8 @@ mod tests {
     #[test]
     fn anti_aliased_lines() {
         let (p0, p1) = ([2.25, 3.0], [16.5, 11.75]);
-        assert_traced(|m| draw2d::line_aa(m, p0, p1, C), |at| trace_line_aa(p0, p1, C, at));
-        let text = trace_line_aa([0.0, 5.0], [10.0, 5.0], C, [4, 5]).unwrap();
+        assert_traced(|m| draw2d::line_aa(m, p0, p1, C), |at| trace_line_aa(SIZE, [p0, p1], C, at));
+        let text = trace_line_aa(SIZE, [[0.0, 5.0], [10.0, 5.0]], C, [4, 5]).unwrap();
         assert!(text.contains("1.000000 of its area") && text.contains("255 * 255 / 255 = 255"), "{text}");
     }
 

@@ -47,11 +47,11 @@ fn is_inside(clip: Rect, [x, y]: [i32; 2]) -> bool {
     side(x, clip.x, clip.w) && side(y, clip.y, clip.h)
 }
 
-/// Returns the numbers of a figure at a pixel that it draws.
-fn figure_at(figure: &Figure, at: [i32; 2]) -> Option<String> {
+/// Returns the numbers of a figure at a pixel of a frame of `size` that it draws.
+fn figure_at(figure: &Figure, size: [u32; 2], at: [i32; 2]) -> Option<String> {
     match figure {
         Figure::Line { p0, p1, color } => trace_line(*p0, *p1, *color, at),
-        Figure::LineAa { p0, p1, color } => trace_line_aa(*p0, *p1, *color, at),
+        Figure::LineAa { p0, p1, color } => trace_line_aa(size, [*p0, *p1], *color, at),
         Figure::Circle { cx, cy, r, color } => trace_circle([*cx, *cy], *r, *color, at),
         Figure::Fill { points, colors } => trace_fill(*points, *colors, at),
         Figure::FillPoly { color, points } => trace_fill_poly(points, *color, at),
@@ -59,10 +59,10 @@ fn figure_at(figure: &Figure, at: [i32; 2]) -> Option<String> {
     }
 }
 
-/// Returns the numbers of a request's figure at a pixel that it draws.
-fn numbers_at(request: &Request<'_>, at: [i32; 2]) -> Option<String> {
+/// Returns the numbers of a request's figure at a pixel of a frame of `size` that it draws.
+fn numbers_at(request: &Request<'_>, size: [u32; 2], at: [i32; 2]) -> Option<String> {
     match request {
-        Request::Command(Command::Figure(figure)) => figure_at(figure, at),
+        Request::Command(Command::Figure(figure)) => figure_at(figure, size, at),
         Request::Lines(lines) => lines.iter().rev().find_map(|l| trace_line(l.p0, l.p1, l.color, at)),
         _ => None,
     }
@@ -79,7 +79,8 @@ impl Tracing {
         let Ok(before) = memory.get_pixel(x, y) else { return };
         self.found = self.settled(memory);
         let is_drawn = !s.surfaces.has_target() && s.surfaces.clip.is_none_or(|clip| is_inside(clip, [x, y]));
-        let numbers = if is_drawn { numbers_at(request, [x, y]) } else { None };
+        let size = [memory.width(), memory.height()];
+        let numbers = if is_drawn { numbers_at(request, size, [x, y]) } else { None };
         self.latest = Some(Latest { verb: request.verb(), before, numbers });
     }
 
