@@ -147,6 +147,16 @@ fn plan_faces(
             plan.leave_out(part, "no texture");
         }
     }
+    match call.maps {
+        None => plan.leave_out(Part::SurfaceMaps, "no map of emission, normals or occlusion"),
+        Some(maps) => {
+            let bytes = maps.all().map(|map| map.size_bytes() as u64).sum();
+            plan.add(Part::SurfaceMaps, maps.names(), faces, bytes);
+            if !asks.texture {
+                plan.add(Part::InterpolateTexcoords, "the maps' own", faces, 0);
+            }
+        }
+    }
     if call.fog.is_some_and(|f| f.visibility_range > 0.0) {
         plan.add(Part::Fog, "the scene has fog", faces, 0);
         plan.add(Part::InterpolatePositions, "fog needs the distance", faces, 0);

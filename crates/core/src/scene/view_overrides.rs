@@ -65,6 +65,7 @@ impl ViewOverrides {
             if self.textures == TextureUse::Off {
                 object.texture = None;
                 object.style.stages = None;
+                object.style.maps = None;
                 if object.geometry.textures.iter().any(Option::is_some) {
                     object.geometry = Arc::new(object.geometry.without_textures());
                 }

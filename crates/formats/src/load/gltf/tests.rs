@@ -75,11 +75,15 @@ fn a_triangle_is_flat_framed_and_lit() {
 fn what_several_primitives_share_is_warned_of_once() {
     let primitive = r#"{"attributes":{"POSITION":0},"indices":1,"material":0}"#;
     let more = format!(
-        r#""meshes":[{{"primitives":[{primitive},{primitive}]}}],"materials":[{{"normalTexture":{{"index":0}}}}]"#
+        r#""meshes":[{{"primitives":[{primitive},{primitive}]}}],"materials":[{{"normalTexture":{{"index":0}}}}],
+        "textures":[{{}}]"#
     );
     let document = load(&file(&more)).expect("a file with a warning");
     let warnings: Vec<String> = document.warnings().iter().map(|w| w.to_string()).collect();
-    assert_eq!(warnings, ["m.gltf#/materials/0/normalTexture: warning: textures of this kind are left out"]);
+    assert_eq!(
+        warnings,
+        ["m.gltf#/textures/0: warning: a texture without a picture that can be read is left out"]
+    );
 }
 
 #[test]
