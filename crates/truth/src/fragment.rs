@@ -180,7 +180,10 @@ impl FragmentContext<'_> {
     /// Applies X3D's fog: f C + (1-f) fog, f = (range-d)/range or exp(-d/(range-d)), 0 from the
     /// range on.
     pub fn fogged(&self, color: DVec3, point: DVec3) -> DVec3 {
-        let Some(fog) = self.fog.filter(|f| f.visibility_range > 0.0) else { return color };
+        let Some(fog) = self.fog.filter(|f| f.visibility_range > 0.0 && f.visibility_range < f64::INFINITY)
+        else {
+            return color;
+        };
         let (d, range) = (point.distance(self.sight.eye), fog.visibility_range);
         let f = match fog.kind {
             _ if d >= range => 0.0,

@@ -164,7 +164,7 @@ pub(crate) fn uv_from_first(uv: &[DVec2; 3], barycentrics: [f64; 3]) -> DVec2 {
 /// for fog alone.
 pub(crate) fn visibility(fog: &Fog, distance: f64) -> f64 {
     let range = fog.visibility_range;
-    if range.is_nan() || range <= 0.0 {
+    if !fog.is_seen() {
         1.0
     } else if distance.is_nan() || distance >= range {
         0.0

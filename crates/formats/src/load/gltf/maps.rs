@@ -13,19 +13,47 @@
 //! Source: glTF 2.0 Specification, sections 3.7.2.1 (Overview of meshes) and 3.9.3 (Additional
 //! Textures); M. Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", 2008, section 3.3.
 
+use super::attributes::vertex_attribute;
 use super::image::{AlphaUse, Images, MadeTexture, Source};
 use super::json::Json;
-use super::material::{self, TextureTransform};
-use super::mesh::vertex_attribute;
 use crate::load::{LoadError, LoadErrorKind};
 use fbptr_core::math::matrix::unit;
-use fbptr_core::scene::{Mesh, NormalMap, OcclusionMap, SurfaceMap, SurfaceMaps};
+use fbptr_core::scene::{Mesh, NormalMap, OcclusionMap, SurfaceMap, SurfaceMaps, encoded};
 use glam::{DVec2, DVec3, DVec4};
 use std::collections::HashMap;
 use std::sync::Arc;
 
 /// Least encoded mean of an occlusion texture that divides: below, no ambient light is seen.
 const LEAST_MEAN: f64 = 1e-4;
+
+/// KHR_texture_transform: T R S applied to coordinates whose v runs down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct TextureTransform {
+    offset: DVec2,
+    rotation_rad: f64,
+    scale: DVec2,
+}
+
+impl TextureTransform {
+    pub(super) fn read(extension: &Json) -> Result<Self, LoadError> {
+        let pair = |name: &str, default: [f64; 2]| {
+            Ok::<_, LoadError>(DVec2::from_array(extension.member(name).numbers()?.unwrap_or(default)))
+        };
+        Ok(TextureTransform {
+            offset: pair("offset", [0.0; 2])?,
+            rotation_rad: extension.member("rotation").number_or(0.0)?,
+            scale: pair("scale", [1.0; 2])?,
+        })
+    }
+
+    /// Returns transformed coordinates. A positive angle turns them counter-clockwise as seen, with
+    /// v down.
+    pub(super) fn apply(&self, uv: DVec2) -> DVec2 {
+        let p = uv * self.scale;
+        let (sin, cos) = libm::sincos(self.rotation_rad);
+        self.offset + DVec2::new(cos * p.x + sin * p.y, cos * p.y - sin * p.x)
+    }
+}
 
 /// A texture of a material with the set of coordinates that it uses.
 pub(super) struct MapTexture {
@@ -180,7 +208,7 @@ pub(super) fn mean_occlusion(
     let strength = strength(&info)?;
     let tone = if info.is_object() { images.tone(source, &info.member("index"))? } else { None };
     // The picture is linear, as a factor of light is.
-    Ok(tone.map_or(1.0, |tone| material::encoded(1.0 + strength * (tone.mean[0] - 1.0))))
+    Ok(tone.map_or(1.0, |tone| encoded(1.0 + strength * (tone.mean[0] - 1.0))))
 }
 
 /// Returns the tangent of each corner: the file's, else derived from the coordinates `uv`.
@@ -191,12 +219,13 @@ fn tangents(
     uv: &[DVec2],
 ) -> Result<Vec<DVec4>, LoadError> {
     let given = attributes.member("TANGENT");
-    if given.is_there() && attributes.member("NORMAL").is_there() {
-        if let Some(numbers) = vertex_attribute(source, &given, &[4], mesh.positions.len())? {
-            let tangents: Vec<DVec4> = numbers.elements(0.0).map(DVec4::from_array).collect();
-            let finite = |t: DVec4| if t.is_finite() { t } else { DVec4::ZERO };
-            return Ok(mesh.corners.iter().map(|c| finite(tangents[c.position as usize])).collect());
-        }
+    if given.is_there()
+        && attributes.member("NORMAL").is_there()
+        && let Some(numbers) = vertex_attribute(source, &given, &[4], mesh.positions.len())?
+    {
+        let tangents: Vec<DVec4> = numbers.elements(0.0).map(DVec4::from_array).collect();
+        let finite = |t: DVec4| if t.is_finite() { t } else { DVec4::ZERO };
+        return Ok(mesh.corners.iter().map(|c| finite(tangents[c.position as usize])).collect());
     }
     let bytes = mesh.corners.len() as u64 * 2 * size_of::<(Place, DVec3)>() as u64;
     let refused = |kind: LoadErrorKind| attributes.refuse(kind);

@@ -26,7 +26,7 @@ use super::maps::{MapTexture, MapTextures, mean_occlusion};
 use crate::load::{LoadError, physical};
 pub(super) use fbptr_core::scene::encoded;
 use fbptr_core::scene::{LightingModel, Material};
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 /// Most light that is emitted, linear: 333 times white in the picture's numbers.
 const MAX_EMISSION: f64 = 1e6;
@@ -58,35 +58,6 @@ impl Surface {
             self.material.emissive = DVec3::ZERO;
         }
         self.maps = MapTextures::default();
-    }
-}
-
-/// KHR_texture_transform: T R S applied to coordinates whose v runs down.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct TextureTransform {
-    offset: DVec2,
-    rotation_rad: f64,
-    scale: DVec2,
-}
-
-impl TextureTransform {
-    pub(super) fn read(extension: &Json) -> Result<Self, LoadError> {
-        let pair = |name: &str, default: [f64; 2]| {
-            Ok::<_, LoadError>(DVec2::from_array(extension.member(name).numbers()?.unwrap_or(default)))
-        };
-        Ok(TextureTransform {
-            offset: pair("offset", [0.0; 2])?,
-            rotation_rad: extension.member("rotation").number_or(0.0)?,
-            scale: pair("scale", [1.0; 2])?,
-        })
-    }
-
-    /// Returns transformed coordinates. A positive angle turns them counter-clockwise as seen, with
-    /// v down.
-    pub(super) fn apply(&self, uv: DVec2) -> DVec2 {
-        let p = uv * self.scale;
-        let (sin, cos) = libm::sincos(self.rotation_rad);
-        self.offset + DVec2::new(cos * p.x + sin * p.y, cos * p.y - sin * p.x)
     }
 }
 

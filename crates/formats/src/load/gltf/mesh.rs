@@ -7,7 +7,7 @@
 //!
 //! Source: glTF 2.0 Specification, section 3.7.2 (Meshes), with KHR_mesh_quantization.
 
-use super::buffers::Numbers;
+use super::attributes::{attribute, vertex_attribute};
 use super::cutoff;
 use super::image::{Images, Source};
 use super::json::Json;
@@ -168,35 +168,6 @@ pub(super) fn read(
 fn has_bytes(accessors: &Json, attribute: &Json) -> Result<bool, LoadError> {
     let accessor = accessors.item(attribute.index("accessor", accessors.count())?);
     Ok(accessor.member("bufferView").is_there())
-}
-
-/// Reads the accessor of an attribute.
-pub(super) fn attribute(
-    source: &mut Source,
-    attribute: &Json,
-    widths: &[usize],
-) -> Result<Numbers, LoadError> {
-    let accessors = source.root.member("accessors");
-    let accessor = accessors.item(attribute.index("accessor", accessors.count())?);
-    source.buffers.read_accessor(&source.root, &accessor, widths, source.context.memory)
-}
-
-/// Reads an attribute that must have as many elements as there are vertices.
-pub(super) fn vertex_attribute(
-    source: &mut Source,
-    json: &Json,
-    widths: &[usize],
-    count: usize,
-) -> Result<Option<Numbers>, LoadError> {
-    if !json.is_there() {
-        return Ok(None);
-    }
-    let numbers = attribute(source, json, widths)?;
-    if numbers.count() != count {
-        let reason = format!("{} elements for {count} vertices", numbers.count());
-        return Err(json.refuse(LoadErrorKind::Undecodable { format: "glTF", reason }));
-    }
-    Ok(Some(numbers))
 }
 
 /// Reads the indices of a primitive, all below `count`.

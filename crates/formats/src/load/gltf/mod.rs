@@ -22,6 +22,7 @@
 //! Source: Khronos Group, glTF 2.0 Specification (ISO/IEC 12113:2022).
 
 mod animation;
+mod attributes;
 mod buffers;
 mod container;
 mod cutoff;

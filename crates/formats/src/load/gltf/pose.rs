@@ -13,9 +13,10 @@
 //!
 //! Source: glTF 2.0 Specification, sections 3.7.2.2 (Morph Targets) and 3.7.3 (Skins).
 
+use super::attributes::{attribute, vertex_attribute};
 use super::image::Source;
 use super::json::Json;
-use super::mesh::{self, Primitive, attribute, vertex_attribute};
+use super::mesh::{self, Primitive};
 use crate::load::{LoadError, LoadErrorKind};
 use fbptr_core::math::matrix::unit;
 use fbptr_core::scene::{Geometry, Mesh, SurfaceMaps};

@@ -342,8 +342,7 @@ fn a_texture_transform_is_the_specifications_example() {
     // The lower left quarter of the picture, turned clockwise.
     let text = r#"{"offset":[0,1],"rotation":1.5707963267948966,"scale":[0.5,0.5]}"#;
     let value = serde_json::from_str(text).unwrap();
-    let transform =
-        material::TextureTransform::read(&Json::root(&value, "f", &json::Notes::default())).unwrap();
+    let transform = maps::TextureTransform::read(&Json::root(&value, "f", &json::Notes::default())).unwrap();
     for (from, to) in [([0.0, 0.0], [0.0, 1.0]), ([1.0, 0.0], [0.0, 0.5]), ([0.0, 1.0], [0.5, 1.0])] {
         assert!((transform.apply(DVec2::from(from)) - DVec2::from(to)).length() < 1e-12, "{from:?}");
     }
