@@ -137,17 +137,7 @@ pub(super) fn read(
             _ => add_flat_normals(&mut mesh),
         }
     }
-    if !surface.maps.is_empty() && mesh.triangles.is_empty() {
-        surface.leave_maps_out(source, json, "maps of lines and points");
-    }
-    let emits_by_map = surface.maps.emission.is_some();
-    let maps = match std::mem::take(&mut surface.maps) {
-        maps if maps.is_empty() => None,
-        maps => maps.worn_by(source, &attributes, &mesh)?,
-    };
-    if emits_by_map && maps.as_ref().is_none_or(|maps| maps.emission.is_none()) {
-        surface.material.emissive = DVec3::ZERO;
-    }
+    let maps = worn_maps(source, json, &mut surface, &mesh)?;
     mesh.shrink_to_fit();
     let bytes = mesh.size_bytes() as u64;
     source.context.memory.reserve_result(bytes).map_err(|kind| json.refuse(kind))?;
@@ -162,6 +152,27 @@ pub(super) fn read(
         morphs,
         skinning,
     }))
+}
+
+/// Returns the maps of a primitive's surface. Without one that limits it, the surface emits nothing.
+fn worn_maps(
+    source: &mut Source,
+    json: &Json,
+    surface: &mut Surface,
+    mesh: &Mesh,
+) -> Result<Option<Arc<SurfaceMaps>>, LoadError> {
+    if !surface.maps.is_empty() && mesh.triangles.is_empty() {
+        surface.leave_maps_out(source, json, "maps of lines and points");
+    }
+    let emits_by_map = surface.maps.emission.is_some();
+    let maps = match std::mem::take(&mut surface.maps) {
+        maps if maps.is_empty() => None,
+        maps => maps.worn_by(source, &json.member("attributes"), mesh)?,
+    };
+    if emits_by_map && maps.as_ref().is_none_or(|maps| maps.emission.is_none()) {
+        surface.material.emissive = DVec3::ZERO;
+    }
+    Ok(maps)
 }
 
 /// Returns whether an attribute's accessor has a buffer view.
