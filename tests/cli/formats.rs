@@ -207,10 +207,27 @@ fn strict_refuses_what_is_warned_of() {
     let whole = folder.file("whole.obj", "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n");
     let odd = folder.file("odd.obj", "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\nf 1 2\nf 1 2 9\n");
     let scene = folder.file("odd.x3d", "<X3D><Scene><Shape><Box size='1 1 1 1'/></Shape></Scene></X3D>");
+    // A map of normals without texture coordinates.
+    let bare = folder.file(
+        "bare.gltf",
+        r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],
+        "buffers":[{"byteLength":36,"uri":"data:;base64,AACAvwAAgL8AAAAAAACAPwAAgL8AAAAAAAAAAAAAgD8AAAAA"}],
+        "bufferViews":[{"buffer":0,"byteLength":36}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
+        "materials":[{"normalTexture":{"index":0}}],"textures":[{"source":0}],
+        "images":[{"uri":"data:;base64,UDYgMSAxIDI1NQr/gIA="}]}"#,
+    );
     for (command, more) in [("render", &["-o", &out][..]), ("view", &["--headless", "--snap", &out])] {
-        for (file, strict, status) in
-            [(&whole, true, 0), (&odd, false, 0), (&odd, true, 1), (&scene, false, 0), (&scene, true, 1)]
-        {
+        for (file, strict, status) in [
+            (&whole, true, 0),
+            (&odd, false, 0),
+            (&odd, true, 1),
+            (&scene, false, 0),
+            (&scene, true, 1),
+            (&bare, false, 0),
+            (&bare, true, 1),
+        ] {
             let _ = std::fs::remove_file(&out);
             let flags: &[&str] = if strict { &["--strict"] } else { &[] };
             let arguments = [&[command, file.as_str(), "--size", "9x9"], more, flags].concat();

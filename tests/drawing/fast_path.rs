@@ -14,19 +14,21 @@ use glam::{DVec3, DVec4};
 use std::sync::Arc;
 
 /// Bytes, depths, and the object id and triangle of each pixel.
-type Words<'a> = (&'a [u8], Option<Vec<u32>>, Vec<Option<(u32, u32)>>);
+pub type Words<'a> = (&'a [u8], Option<Vec<u32>>, Vec<Option<(u32, u32)>>);
 
 /// Result of a draw.
-struct Drawn {
-    memory: VideoMemory,
-    depth: Option<DepthMemory>,
+pub struct Drawn {
+    /// Colours.
+    pub memory: VideoMemory,
+    /// Depth, if the draw needed one.
+    pub depth: Option<DepthMemory>,
     ids: PickBuffer,
     stats: DrawStats,
 }
 
 impl Drawn {
     /// Returns every byte that a program could read.
-    fn words(&self) -> Words<'_> {
+    pub fn words(&self) -> Words<'_> {
         let (width, height) = (self.memory.width(), self.memory.height());
         let pixels = 0..(width * height) as usize;
         let depth = self.depth.as_ref().map(|d| pixels.clone().map(|i| d.word(i)).collect());
@@ -48,7 +50,8 @@ pub fn cleared_pick_buffer(width: u32, height: u32) -> PickBuffer {
     ids
 }
 
-fn draw(case: &Case, renderer: &mut Renderer, mut truth: Option<&mut TruthPicture>) -> Drawn {
+/// Draws a case, and shows the reference what is drawn.
+pub fn draw(case: &Case, renderer: &mut Renderer, mut truth: Option<&mut TruthPicture>) -> Drawn {
     let (width, height, s) = (case.width, case.height, &case.settings);
     let mut memory = VideoMemory::new(width, height).unwrap();
     let (mut depth, mut ids, mut stats) = (None, cleared_pick_buffer(width, height), DrawStats::default());
@@ -85,7 +88,7 @@ fn draw(case: &Case, renderer: &mut Renderer, mut truth: Option<&mut TruthPictur
 
 /// Returns a random scene. For even seeds it is made opaque, for every fourth seed also with f32
 /// depth and without fog, so that the tile renderer's fastest paths are drawn often.
-fn case(seed: u64) -> Case {
+pub fn case(seed: u64) -> Case {
     let mut case = random(seed);
     if seed.is_multiple_of(2) {
         if seed.is_multiple_of(4) {
@@ -99,7 +102,8 @@ fn case(seed: u64) -> Case {
     case
 }
 
-fn with(level: Level, threads: usize) -> Renderer {
+/// Returns a renderer of a vector level with so many threads.
+pub fn with(level: Level, threads: usize) -> Renderer {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let options = RenderOptions::default();
     Renderer::new(RenderOptions { pool: Some(Arc::new(pool)), simd: Some(level), ..options })

@@ -16,6 +16,7 @@ mod pipeline_truth;
 mod plan_paths;
 mod recipes;
 mod small_draws;
+mod surface_maps;
 mod surfaces;
 mod truth;
 mod truth_files;

@@ -49,7 +49,7 @@ pub struct Bill {
 type Without = (Part, fn(&mut Scene, &mut SceneOptions));
 
 /// Parts that a frame can be drawn without.
-const LEFT_OUT: [Without; 7] = [
+const LEFT_OUT: [Without; 8] = [
     (Part::DepthMemory, |_, options| options.hide = HiddenSurface::None),
     (Part::CullFaces, |scene, _| scene.objects.iter_mut().for_each(|o| o.cull = Cull::None)),
     (Part::LightFaces, |scene, _| scene.lights.clear()),
@@ -57,6 +57,7 @@ const LEFT_OUT: [Without; 7] = [
     (Part::LightPixels, |scene, _| scene.lights.clear()),
     (Part::Fog, |scene, _| scene.fog = None),
     (Part::SampleTextures, |scene, _| without_textures(scene)),
+    (Part::SurfaceMaps, |scene, _| scene.objects.iter_mut().for_each(|o| o.style.maps = None)),
 ];
 
 /// Removes all textures.

@@ -4,12 +4,15 @@ use super::camera::{Sight, transform};
 use super::coverage::{Coverage, Outline, distance_to_tie};
 use super::double_double::{DoubleDouble, DoubleDouble3, DoubleDouble4, cross, narrow3};
 use super::light::{LitColor, ObjectLighting, light_point};
+use super::maps::FaceMaps;
 use super::normals::{Normals, area_normal, is_mirrored, normal_matrix};
 use super::pixel_mask::PixelMask;
 pub use super::render::Settings;
 use super::texture::{MipChain, UvFootprint};
 use fbptr_core::math::matrix::unit;
-use fbptr_core::scene::{Cull, FillStyle, Material, NONE, Object, Sampling, ShadeMode, TextureStages};
+use fbptr_core::scene::{
+    Cull, FillStyle, LightingModel, Material, NONE, Object, Sampling, ShadeMode, TextureStages,
+};
 use glam::{DVec2, DVec3, DVec4};
 use std::cmp::Ordering;
 use std::rc::Rc;
@@ -74,6 +77,8 @@ pub struct Face<'a> {
     pub texture: Option<(Rc<MipChain>, Sampling)>,
     /// Multitexture stages in place of one texture.
     pub stages: Option<FaceStages<'a>>,
+    /// Maps of emission, normals and occlusion.
+    pub maps: Option<FaceMaps<'a>>,
     /// Fill pattern.
     pub fill: FillStyle,
     /// Shading mode.
@@ -117,6 +122,11 @@ impl Weights {
 }
 
 impl<'a> Face<'a> {
+    /// Returns whether the colour depends on a texture.
+    pub fn is_textured(&self) -> bool {
+        self.texture.is_some() || self.stages.is_some() || self.maps.is_some()
+    }
+
     /// Returns whether the true corners are collinear to 24 digits: only snapping gives such a face
     /// an area.
     pub fn is_degenerate(&self) -> bool {
@@ -339,6 +349,11 @@ impl<'a> ObjectView<'a> {
             mip_chains: stages.stages.iter().map(|s| s.texture.as_deref().map(&mut *mip_chain)).collect(),
             corners: ids,
         });
+        let turn = if object.two_sided_lighting && !is_front { -1.0 } else { 1.0 };
+        let maps = match material.model {
+            LightingModel::Unlit => None,
+            _ => FaceMaps::of(object, ids, turn, mip_chain),
+        };
         let mut face = Face {
             corners,
             object: self.index,
@@ -346,6 +361,7 @@ impl<'a> ObjectView<'a> {
             material,
             texture,
             stages,
+            maps,
             fill: object.style.fill,
             shade: object.shade.unwrap_or(self.settings.shade),
             normal,

@@ -11,8 +11,9 @@ use super::coverage::Coverage;
 use super::double_double::{DoubleDouble, DoubleDouble3};
 use super::face::{Face, Weights};
 use super::light::{LitColor, light_point};
+use super::maps::FootprintOf;
 use super::texture::UvFootprint;
-use fbptr_core::scene::{Filling, Filter, Fog, FogKind, Interpolation, ShadeMode};
+use fbptr_core::scene::{Filling, Filter, Fog, FogKind, Interpolation, Material, ShadeMode};
 use glam::{DVec3, DVec4};
 
 /// Colour with its opacity; `lo` and `hi` differ only if a range is accepted.
@@ -77,11 +78,14 @@ impl FragmentContext<'_> {
             return None;
         }
         let footprint = self.footprint(face, x, y, &weights);
+        let of_map = |uv: &dyn Fn(usize) -> [f64; 2]| self.footprint_of(face, [x, y], &weights, uv);
         let mut colors = Vec::new();
         match face.fill.at(x as i32, y as i32) {
             Filling::Nothing => return None,
             Filling::Hatch(color) => colors.push(ColorRange { lo: color, hi: color, alpha: [1.0; 2] }),
-            Filling::Face => colors.extend(sets.iter().flat_map(|p| self.colors(face, *p, footprint))),
+            Filling::Face => {
+                colors.extend(sets.iter().flat_map(|p| self.colors(face, *p, footprint, &of_map)))
+            }
         }
         if sets.len() > 1 {
             let hull = colors.iter().skip(1).fold(colors[0], |a, &b| a.hull(b));
@@ -99,7 +103,13 @@ impl FragmentContext<'_> {
     }
 
     /// Returns the accepted colours for perspective-correct weights p.
-    fn colors(&self, face: &Face, p: DoubleDouble3, footprint: UvFootprint) -> Vec<ColorRange> {
+    fn colors(
+        &self,
+        face: &Face,
+        p: DoubleDouble3,
+        footprint: UvFootprint,
+        of_map: FootprintOf,
+    ) -> Vec<ColorRange> {
         let a = self.attribute_weights(face, p);
         let weigh =
             |value: &dyn Fn(usize) -> DoubleDouble| a[0] * value(0) + a[1] * value(1) + a[2] * value(2);
@@ -112,18 +122,26 @@ impl FragmentContext<'_> {
             ShadeMode::Flat => face.flat_color,
             _ => DVec4::from_array(std::array::from_fn(|k| weigh(&|i| c[i].color[k].into()).to_f64())),
         };
-        let lit: Vec<[LitColor; 2]> = match face.shade {
-            ShadeMode::Flat => face.flat.iter().map(|&l| [l, l]).collect(),
-            ShadeMode::Gouraud => vec![gouraud(face, a.map(DoubleDouble::to_f64))],
-            ShadeMode::Phong | ShadeMode::Wire => {
-                let n = vector(&|i, k| c[i].normal[k].into());
-                let n = if n.length() < 1e-12 { face.normal } else { n / n.length() };
-                light_point(face.material, color.truncate(), point, n, &face.lighting)
-                    .into_iter()
-                    .map(|l| [l, l])
-                    .collect()
+        let n = vector(&|i, k| c[i].normal[k].into());
+        let n = if n.length() < 1e-12 { face.normal } else { n / n.length() };
+        let lights_pixels = matches!(face.shade, ShadeMode::Phong | ShadeMode::Wire);
+        let surfaces = match &face.maps {
+            None => vec![(face.material.clone(), n)],
+            Some(maps) => maps.surfaces(face.material, n, a, lights_pixels, of_map),
+        };
+        let lit_by = |(material, n): &(Material, DVec3)| -> Vec<[LitColor; 2]> {
+            let glow = material.emissive - face.material.emissive;
+            let glowing = |l: LitColor| LitColor { specular_emissive: l.specular_emissive + glow, ..l };
+            match face.shade {
+                ShadeMode::Flat => face.flat.iter().map(|&l| [glowing(l); 2]).collect(),
+                ShadeMode::Gouraud => vec![gouraud(face, a.map(DoubleDouble::to_f64)).map(glowing)],
+                ShadeMode::Phong | ShadeMode::Wire => {
+                    let answers = light_point(material, color.truncate(), point, *n, &face.lighting);
+                    answers.into_iter().map(|l| [l, l]).collect()
+                }
             }
         };
+        let lit: Vec<[LitColor; 2]> = surfaces.iter().flat_map(lit_by).collect();
         let texels = match &face.texture {
             None => vec![[1.0; 4]],
             Some((mip_chain, rules)) => {
@@ -162,7 +180,10 @@ impl FragmentContext<'_> {
     /// Applies X3D's fog: f C + (1-f) fog, f = (range-d)/range or exp(-d/(range-d)), 0 from the
     /// range on.
     pub fn fogged(&self, color: DVec3, point: DVec3) -> DVec3 {
-        let Some(fog) = self.fog.filter(|f| f.visibility_range > 0.0) else { return color };
+        let Some(fog) = self.fog.filter(|f| f.visibility_range > 0.0 && f.visibility_range < f64::INFINITY)
+        else {
+            return color;
+        };
         let (d, range) = (point.distance(self.sight.eye), fog.visibility_range);
         let f = match fog.kind {
             _ if d >= range => 0.0,
@@ -172,12 +193,28 @@ impl FragmentContext<'_> {
         color * f + fog.color * (1.0 - f)
     }
 
-    /// Returns the forward differences of u and v to (x+1, y) and (x, y+1) on the face's plane.
+    /// Returns the footprint of the face's own texture.
     fn footprint(&self, face: &Face, x: i64, y: i64, here: &Weights) -> UvFootprint {
-        let none = UvFootprint::Steps([[0.0; 2]; 2]);
-        let Some((_, rules)) = &face.texture else { return none };
-        if !matches!(rules.filter, Filter::Mipmap | Filter::Trilinear) || face.is_degenerate() {
-            return none;
+        match &face.texture {
+            Some((_, rules)) if matches!(rules.filter, Filter::Mipmap | Filter::Trilinear) => {
+                let uv = |i: usize| face.corners[i].uv.unwrap_or([0.0; 2]);
+                self.footprint_of(face, [x, y], here, &uv)
+            }
+            _ => UvFootprint::Steps([[0.0; 2]; 2]),
+        }
+    }
+
+    /// Returns the forward differences of u and v to (x+1, y) and (x, y+1) on the face's plane, for
+    /// texture coordinates given at its corners.
+    fn footprint_of(
+        &self,
+        face: &Face,
+        [x, y]: [i64; 2],
+        here: &Weights,
+        uv_at: &dyn Fn(usize) -> [f64; 2],
+    ) -> UvFootprint {
+        if face.is_degenerate() {
+            return UvFootprint::Steps([[0.0; 2]; 2]);
         }
         let uv = |w: &Weights| -> Option<[DoubleDouble; 2]> {
             let sum = w.inverse_w();
@@ -186,9 +223,7 @@ impl FragmentContext<'_> {
             }
             let a = self.attribute_weights(face, w.b.map(|b| b / sum));
             Some(std::array::from_fn(|k| {
-                (0..3).fold(DoubleDouble::ZERO, |s, i| {
-                    s + a[i] * face.corners[i].uv.map_or(DoubleDouble::ZERO, |uv| uv[k].into())
-                })
+                (0..3).fold(DoubleDouble::ZERO, |s, i| s + a[i] * DoubleDouble::new(uv_at(i)[k]))
             }))
         };
         let right = face.weights(self.sight.ndc_of_pixel(x + 1, y));

@@ -31,6 +31,7 @@ mod fragment;
 mod hard_cases;
 mod light;
 mod lines;
+mod maps;
 pub mod metrics;
 mod normals;
 mod picture;

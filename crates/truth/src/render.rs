@@ -122,7 +122,7 @@ impl TruthPicture {
                             face: keys[i],
                             depth_use: depth_use(settings.hide, &faces[i]),
                             is_transparent: faces[i].is_transparent,
-                            is_textured: faces[i].texture.is_some() || faces[i].stages.is_some(),
+                            is_textured: faces[i].is_textured(),
                         };
                         let rank = face_rank(settings, &faces[i]);
                         ranked.push((rank, (sort_key(settings, &faces[i]), layer)));

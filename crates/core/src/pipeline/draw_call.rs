@@ -4,7 +4,8 @@ use crate::error::{Code, Fault};
 use crate::memory::{DepthFormat, DepthMemory, OverBudget, PickBuffer, VideoMemory};
 use crate::scene::{
     Camera, CameraError, Cull, FillStyle, Fog, Geometry, HiddenSurface, Interpolation, Light, LineStyle,
-    Material, Object, Sampling, Scene, ShadeMode, Texture, TextureStages, TransparencyOrder, Viewport,
+    Material, Object, Sampling, Scene, ShadeMode, SurfaceMaps, Texture, TextureStages, TransparencyOrder,
+    Viewport,
 };
 use glam::{DMat4, DVec3};
 use std::error::Error;
@@ -75,6 +76,8 @@ pub struct DrawCall<'a> {
     pub fill: FillStyle,
     /// Multitexturing stages, in place of `texture`.
     pub stages: Option<&'a TextureStages>,
+    /// Maps of emission, normals and occlusion.
+    pub maps: Option<&'a SurfaceMaps>,
     /// Value that the pick buffer stores for this draw.
     pub name: u32,
 }
@@ -106,6 +109,7 @@ impl<'a> DrawCall<'a> {
             point_size: 1,
             fill: FillStyle::default(),
             stages: None,
+            maps: None,
             name: 0,
         }
     }
@@ -137,6 +141,7 @@ impl<'a> DrawCall<'a> {
             point_size: object.style.point_size,
             fill: object.style.fill,
             stages: object.style.stages.as_deref(),
+            maps: object.style.maps.as_deref(),
             name: 0,
         }
     }

@@ -275,6 +275,16 @@ impl Lighting {
         lit
     }
 
+    /// Returns the ambient part of the colour of a point: what of [`Lighting::at`] has Ka as a
+    /// factor.
+    pub fn ambient_at(&self, position: DVec3, material: &Material) -> DVec3 {
+        let reaching = self.prepared_lights.iter().filter_map(|light| {
+            let (_, strength) = light.reach(position)?;
+            Some(material.ka * light.light.ambient * strength)
+        });
+        reaching.fold(material.ka * self.ambient, |sum, ambient| sum + ambient)
+    }
+
     /// Returns V at a point, and the terms of each light that reaches it, in order.
     pub fn terms(&self, point: SurfacePoint, material: &Material) -> (DVec3, Vec<LightTerm>) {
         let v = self.viewer.direction_from(point.position);

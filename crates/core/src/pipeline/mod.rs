@@ -48,6 +48,7 @@ mod scene;
 mod scene_plan;
 mod shade;
 mod shading_space;
+mod surface_maps;
 mod target_rows;
 mod tile;
 mod tile_frontend;

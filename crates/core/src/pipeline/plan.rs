@@ -33,6 +33,7 @@ pub enum Part {
     InterpolateTexcoords,
     LightPixels,
     SampleTextures,
+    SurfaceMaps,
     Fog,
     ReadBack,
     Lines,
@@ -44,7 +45,7 @@ pub enum Part {
 
 impl Part {
     /// Every part, in order.
-    pub const ALL: [Part; 27] = [
+    pub const ALL: [Part; 28] = [
         Part::VideoMemory,
         Part::DepthMemory,
         Part::PickBuffer,
@@ -65,6 +66,7 @@ impl Part {
         Part::InterpolateTexcoords,
         Part::LightPixels,
         Part::SampleTextures,
+        Part::SurfaceMaps,
         Part::Fog,
         Part::ReadBack,
         Part::Lines,
@@ -97,6 +99,7 @@ impl Part {
             Part::InterpolateTexcoords => ("run u,v", "faces"),
             Part::LightPixels => ("light pixels", "lights"),
             Part::SampleTextures => ("sample textures", "faces"),
+            Part::SurfaceMaps => ("surface maps", "faces"),
             Part::Fog => ("fog", "faces"),
             Part::ReadBack => ("read back", "faces"),
             Part::Lines => ("lines", "lines"),

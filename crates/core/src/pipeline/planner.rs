@@ -147,9 +147,23 @@ fn plan_faces(
             plan.leave_out(part, "no texture");
         }
     }
-    if call.fog.is_some_and(|f| f.visibility_range > 0.0) {
-        plan.add(Part::Fog, "the scene has fog", faces, 0);
-        plan.add(Part::InterpolatePositions, "fog needs the distance", faces, 0);
+    match call.maps {
+        None => plan.leave_out(Part::SurfaceMaps, "no map of emission, normals or occlusion"),
+        Some(maps) => {
+            let bytes = maps.all().map(|map| map.size_bytes() as u64).sum();
+            plan.add(Part::SurfaceMaps, maps.names(), faces, bytes);
+            if !asks.texture {
+                plan.add(Part::InterpolateTexcoords, "the maps' own", faces, 0);
+            }
+        }
+    }
+    match call.fog {
+        Some(fog) if fog.is_seen() => {
+            plan.add(Part::Fog, "the scene has fog", faces, 0);
+            plan.add(Part::InterpolatePositions, "fog needs the distance", faces, 0);
+        }
+        Some(_) => plan.leave_out(Part::Fog, "a visibility range of 0 or without end is no fog"),
+        None => {}
     }
     if asks.transparent || geometry_info.has_clear_colors {
         plan.add(Part::ReadBack, "transparent faces are blended", faces, 0);
@@ -261,14 +275,24 @@ pub(crate) fn cannot_self_occlude(call: &DrawCall, geometry_info: Option<&Geomet
     }
 }
 
+/// Returns for each position the first index at which the same point stands: formats without indices
+/// give each face points of its own.
+fn welded(positions: &[DVec3]) -> Vec<u32> {
+    let mut first = std::collections::HashMap::with_capacity(positions.len());
+    // 0 and -0 are one place.
+    let place = |p: &DVec3| p.to_array().map(|x| (x + 0.0).to_bits());
+    (0..).zip(positions).map(|(i, p)| *first.entry(place(p)).or_insert(i)).collect()
+}
+
 /// Returns whether the triangles bound a closed convex body: every edge occurs once in each
-/// direction, and no vertex lies above a face.
+/// direction, and no vertex lies above a face. Equal positions are one vertex.
 fn is_convex_solid(geometry: &crate::scene::Geometry) -> bool {
     let mesh = &geometry.mesh;
     if mesh.triangles.len() as u64 * mesh.positions.len() as u64 > CONVEX_LIMIT {
         return false;
     }
-    let position = |c: u32| mesh.corners[c as usize].position;
+    let welded = welded(&mesh.positions);
+    let position = |c: u32| welded[mesh.corners[c as usize].position as usize];
     let mut edges = std::collections::HashSet::new();
     for t in &mesh.triangles {
         for i in 0..3 {

@@ -6,6 +6,7 @@
 use super::draw_call::DrawStats;
 use super::light::{Lighting, LitColor, SurfacePoint};
 use super::sampler::{Footprint, sample};
+use super::surface_maps::FaceMaps;
 use crate::math::matrix::unit;
 use crate::scene::{FillStyle, Fog, FogKind, Material, Sampling, Texture, TextureStages};
 use glam::{DVec2, DVec3, DVec4};
@@ -36,6 +37,8 @@ pub(crate) struct FaceShade<'a> {
     pub texture: Option<(&'a Texture, Sampling, [DVec2; 3])>,
     /// Multitexturing stages in place of one texture, and the face's corner indices.
     pub stages: Option<(&'a TextureStages, [u32; 3])>,
+    /// Maps of emission, normals and occlusion.
+    pub maps: Option<FaceMaps<'a>>,
     /// Fill style: pixels that show the face.
     pub fill: FillStyle,
     /// World positions; zero if neither lighting nor fog needs them.
@@ -64,6 +67,7 @@ impl FaceShade<'_> {
                 colors: None,
                 texture: None,
                 stages: None,
+                maps: None,
                 fog: None,
                 ..
             } => Some((lit.diffuse_ambient + lit.specular_emissive, self.opacity)),
@@ -76,12 +80,15 @@ impl FaceShade<'_> {
     pub fn at(
         &self,
         barycentrics: [f64; 3],
-        footprint: impl FnOnce(&[DVec2; 3]) -> Footprint,
+        footprint: impl Fn(&[DVec2; 3]) -> Footprint,
         lighting: &Lighting,
         stats: &mut DrawStats,
     ) -> (DVec3, f64) {
         let mut lit = match &self.light {
-            ShadingFrequency::Constant(lit) => *lit,
+            ShadingFrequency::Constant(lit) => match &self.maps {
+                None => *lit,
+                Some(maps) => maps.dimmed(*lit, barycentrics, &footprint),
+            },
             ShadingFrequency::Vertices(lit) => {
                 let (diffuse_ambient, specular_emissive) =
                     (lit.map(|l| l.diffuse_ambient), lit.map(|l| l.specular_emissive));
@@ -100,9 +107,15 @@ impl FaceShade<'_> {
                     position: self.position(barycentrics),
                     normal: normal.unwrap_or(*face_normal),
                 };
-                lighting.at(point, material)
+                match &self.maps {
+                    None => lighting.at(point, material),
+                    Some(maps) => maps.light(point, barycentrics, &footprint, lighting),
+                }
             }
         };
+        if let Some(maps) = &self.maps {
+            maps.emit(&mut lit, barycentrics, &footprint);
+        }
         let mut opacity = self.opacity;
         if let Some(colors) = &self.colors {
             let color = between!(colors, barycentrics);
@@ -151,7 +164,7 @@ pub(crate) fn uv_from_first(uv: &[DVec2; 3], barycentrics: [f64; 3]) -> DVec2 {
 /// for fog alone.
 pub(crate) fn visibility(fog: &Fog, distance: f64) -> f64 {
     let range = fog.visibility_range;
-    if range.is_nan() || range <= 0.0 {
+    if !fog.is_seen() {
         1.0
     } else if distance.is_nan() || distance >= range {
         0.0

@@ -157,19 +157,32 @@ impl PreparedDraw<'_> {
 
     /// Returns the bytes of one pixel of a face, as the plain path shades it.
     fn shaded_pixel(&self, triangle: u32, x: i32, y: i32) -> [u8; 4] {
+        let mut bytes = [0; 4];
+        self.shade_run(triangle, [x, y], &mut bytes);
+        bytes
+    }
+
+    /// Shades a run of pixels of a face from (x, y) on, as the plain path does.
+    fn shade_run(&self, triangle: u32, [x, y]: [i32; 2], bytes: &mut [u8]) {
         let stats = &mut DrawStats::default();
-        let Some(face) = self.assemble(triangle, stats) else { return [0, 0, 0, 255] };
+        let (pixels, _) = bytes.as_chunks_mut::<4>();
+        let Some(face) = self.assemble(triangle, stats) else { return pixels.fill([0, 0, 0, 255]) };
         let shade = self.shade(triangle, face.side, stats);
-        match face.pixel(&shade, [x, y], &self.pixel_rules(), stats) {
-            Some((rgb, _)) => opaque(rgb),
-            // Beyond the horizon of the face's plane: use the colour at the face's middle.
-            None => match shade.light {
-                ShadingFrequency::Constant(lit) => opaque(lit.diffuse_ambient + lit.specular_emissive),
-                _ => {
-                    let third = [1.0 / 3.0; 3];
-                    opaque(shade.at(third, |_| Footprint::Horizon, &self.lighting, stats).0)
-                }
-            },
+        let rules = self.pixel_rules();
+        for (x, pixel) in (x..).zip(pixels) {
+            *pixel = match face.pixel(&shade, [x, y], &rules, stats) {
+                Some((rgb, _)) => opaque(rgb),
+                // Beyond the horizon of the face's plane: use the colour at the face's middle.
+                None => match shade.light {
+                    ShadingFrequency::Constant(lit) if shade.maps.is_none() => {
+                        opaque(lit.diffuse_ambient + lit.specular_emissive)
+                    }
+                    _ => {
+                        let third = [1.0 / 3.0; 3];
+                        opaque(shade.at(third, |_| Footprint::Horizon, &self.lighting, stats).0)
+                    }
+                },
+            };
         }
     }
 }

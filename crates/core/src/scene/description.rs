@@ -77,8 +77,15 @@ pub struct Fog {
     pub color: DVec3,
     /// Falloff over distance.
     pub kind: FogKind,
-    /// Distance from the eye, in world units, at which only fog is seen; 0 is no fog.
+    /// Distance from the eye, in world units, at which only fog is seen; 0 and infinity are no fog.
     pub visibility_range: f64,
+}
+
+impl Fog {
+    /// Returns whether the fog is seen at any distance.
+    pub fn is_seen(&self) -> bool {
+        self.visibility_range > 0.0 && self.visibility_range.is_finite()
+    }
 }
 
 /// Order in which transparent faces are drawn.

@@ -10,6 +10,7 @@ mod auto_framing;
 mod camera;
 mod description;
 mod light;
+mod maps;
 mod material;
 mod matrices;
 mod mesh;
@@ -29,6 +30,7 @@ pub use camera::{
 };
 pub use description::{Background, Fog, FogKind, Geometry, Object, Scene, TransparencyOrder};
 pub use light::{Attenuation, Light, LightKind};
+pub use maps::{NormalMap, OcclusionMap, SurfaceMap, SurfaceMaps, encoded};
 pub use material::{LightingModel, Material};
 pub use matrices::contain;
 pub use mesh::{Corner, Mesh, NONE, Polygon};

@@ -1,10 +1,11 @@
-//! Line, fill and point styles of an object: X3D's LineProperties, FillProperties and PointProperties.
+//! Line, fill and point styles of an object (X3D's LineProperties, FillProperties and
+//! PointProperties), and its textures beyond the first.
 //!
 //! Both are patterns on the frame, in pixels, at any distance. Source: ISO/IEC 19775-1 clauses
 //! 12.4.3 (FillProperties) and 12.4.4 (LineProperties). The standard leaves the pixels of a pattern
 //! to the browser; they are defined here.
 
-use super::TextureStages;
+use super::{SurfaceMaps, TextureStages};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -17,6 +18,8 @@ pub struct Style {
     pub fill: FillStyle,
     /// Multitexture stages, in place of the object's own texture.
     pub stages: Option<Arc<TextureStages>>,
+    /// Maps of emission, normals and occlusion.
+    pub maps: Option<Arc<SurfaceMaps>>,
     /// Side of its points in pixels, up to [`MAX_POINT_SIZE`]: squares about the pixel of the point,
     /// the larger half below and to the right. 0 and 1 are that pixel.
     pub point_size: u32,
@@ -26,13 +29,19 @@ pub struct Style {
 pub const MAX_POINT_SIZE: u32 = 64;
 
 impl PartialEq for Style {
-    /// Compares stages by identity, not by value.
+    /// Compares stages and maps by identity, not by value.
     fn eq(&self, other: &Self) -> bool {
-        let stages = match (&self.stages, &other.stages) {
-            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
-            (a, b) => a.is_none() && b.is_none(),
-        };
-        (self.line, self.fill, self.point_size) == (other.line, other.fill, other.point_size) && stages
+        (self.line, self.fill, self.point_size) == (other.line, other.fill, other.point_size)
+            && is_same(&self.stages, &other.stages)
+            && is_same(&self.maps, &other.maps)
+    }
+}
+
+/// Returns whether two references lead to the same value, or are both empty.
+fn is_same<T>(a: &Option<Arc<T>>, b: &Option<Arc<T>>) -> bool {
+    match (a, b) {
+        (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+        (a, b) => a.is_none() && b.is_none(),
     }
 }
 

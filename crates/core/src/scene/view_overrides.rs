@@ -65,6 +65,11 @@ impl ViewOverrides {
             if self.textures == TextureUse::Off {
                 object.texture = None;
                 object.style.stages = None;
+                let maps = object.style.maps.take();
+                if maps.is_some_and(|maps| maps.emission.is_some()) {
+                    // Without its map the whole surface would glow.
+                    object.material.emissive = DVec3::ZERO;
+                }
                 if object.geometry.textures.iter().any(Option::is_some) {
                     object.geometry = Arc::new(object.geometry.without_textures());
                 }

@@ -248,7 +248,10 @@ fn texture_ns(call: &DrawCall) -> u64 {
 
 /// Returns whether only the plain path draws a call's faces.
 fn is_plain(call: &DrawCall) -> bool {
-    call.shade == ShadeMode::Wire || call.stages.is_some() || call.fill != FillStyle::default()
+    call.shade == ShadeMode::Wire
+        || call.stages.is_some()
+        || call.maps.is_some()
+        || call.fill != FillStyle::default()
 }
 
 /// Returns an upper bound of the nanoseconds that the tile renderer takes for a draw on one thread.

@@ -82,7 +82,10 @@ pub(super) fn of(case: &Case) -> Vec<Way> {
 /// Returns the limit of a case's colours, in 1/255.
 pub(super) fn limit(case: &Case) -> f64 {
     let is_textured = |o: &fbptr_core::scene::Object| {
-        o.texture.is_some() || o.geometry.textures.iter().any(Option::is_some) || o.style.stages.is_some()
+        o.texture.is_some()
+            || o.geometry.textures.iter().any(Option::is_some)
+            || o.style.stages.is_some()
+            || o.style.maps.is_some()
     };
     if case.scene.objects.iter().any(is_textured) || case.scene.sky.is_some() { 2.0 } else { 1.0 }
 }

@@ -5,7 +5,7 @@ use crate::memory::{DepthFormat, VideoMemory};
 use crate::pipeline::draw_call::Backend;
 use crate::pipeline::path_plan::{add_path, plan_call};
 use crate::pipeline::prepared_draw::PreparedDraw;
-use crate::pipeline::scene::{calls_of, leaves_depth_out};
+use crate::pipeline::scene::{NOTHING_HIDDEN, calls_of, leaves_depth_out};
 use crate::pipeline::{DepthUse, DrawStats, SceneOptions, Target, draw_scene, plan_scene};
 use crate::scene::*;
 use glam::{DMat4, DVec2, DVec3};
@@ -193,10 +193,61 @@ fn a_flat_convex_solid_needs_no_depth_and_no_interpolation() {
     }
 }
 
+/// Returns a mesh in which no two faces share a position, as in STL.
+fn unshared(mesh: Mesh) -> Mesh {
+    let positions: Vec<DVec3> = mesh
+        .triangles
+        .iter()
+        .flatten()
+        .map(|c| mesh.positions[mesh.corners[*c as usize].position as usize])
+        .collect();
+    let triangles: Vec<[u32; 3]> =
+        (0..mesh.triangles.len() as u32).map(|t| [0, 1, 2].map(|k| 3 * t + k)).collect();
+    Mesh::from_triangles(positions, &triangles)
+}
+
+#[test]
+fn a_convex_solid_is_known_by_its_positions_not_by_their_numbers() {
+    let mut thing = object(unshared(solid()));
+    thing.shade = Some(ShadeMode::Flat);
+    let (plan, _, has_depth) = plan_and_draw(&scene(vec![thing]), whole);
+    assert!(!has_depth && !plan.uses(Part::DepthMemory), "{plan}");
+    assert_eq!(plan.item(Part::DepthMemory).reason, NOTHING_HIDDEN);
+    // One face turned over: edges run twice in one direction.
+    let mut turned = unshared(solid());
+    turned.triangles[0].swap(1, 2);
+    let (plan, _, has_depth) = plan_and_draw(&scene(vec![object(turned)]), whole);
+    assert!(has_depth && plan.uses(Part::DepthMemory), "{plan}");
+}
+
+#[test]
+fn a_fog_without_end_is_no_fog() {
+    let picture = |range: Option<f64>| {
+        let mut s = scene(vec![object(solid())]);
+        let fog = |visibility_range| Fog { color: DVec3::X, kind: FogKind::Exponential, visibility_range };
+        s.fog = range.map(fog);
+        let (plan, ..) = plan_and_draw(&s, whole);
+        let mut memory = VideoMemory::new(40, 40).unwrap();
+        let mut depth = None;
+        let mut target =
+            Target { memory: &mut memory, depth: &mut depth, depth_format: DepthFormat::F32, ids: None };
+        draw_scene(&mut target, &s, &SceneOptions::new(40, 40)).unwrap();
+        (memory.bytes().to_vec(), plan)
+    };
+    let (without, _) = picture(None);
+    for range in [0.0, f64::INFINITY] {
+        let (bytes, plan) = picture(Some(range));
+        assert!(bytes == without && !plan.uses(Part::Fog));
+        assert_eq!(plan.item(Part::Fog).reason, "a visibility range of 0 or without end is no fog");
+    }
+    let (bytes, plan) = picture(Some(9.0));
+    assert!(bytes != without && plan.uses(Part::Fog));
+}
+
 #[test]
 fn the_convex_solid_without_depth_looks_as_with_it() {
     for seed in 0..20 {
-        let mut thing = object(solid());
+        let mut thing = object(if seed % 2 == 0 { solid() } else { unshared(solid()) });
         thing.model = crate::math::matrix::rotate(DVec3::new(1.0, 0.3, 2.0), seed as f64).unwrap();
         let scene = scene(vec![thing]);
         let picture = |depth_use| {

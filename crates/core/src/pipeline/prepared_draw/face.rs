@@ -8,6 +8,7 @@ use crate::pipeline::light::SurfacePoint;
 use crate::pipeline::normals::polygon_normal;
 use crate::pipeline::plan::Part;
 use crate::pipeline::shade::{FaceShade, ShadingFrequency};
+use crate::pipeline::surface_maps::FaceMaps;
 use crate::pipeline::vertex::Vertex;
 use crate::scene::{Corner, ShadeMode, TextureStages};
 use glam::{DVec3, DVec4};
@@ -186,7 +187,8 @@ impl<'a> PreparedDraw<'a> {
         let fog = fog.map(|f| (f, self.transform().camera.eye));
         let stages = call.stages.map(|stages| (stages, mesh.triangles[triangle as usize]));
         let (texture, fill) = (texcoords.filter(|_| stages.is_none()), call.fill);
-        FaceShade { light, colors, texture, stages, fill, positions, opacity, fog, is_transparent }
+        let maps = FaceMaps::of(call, material, mesh.triangles[triangle as usize], turn);
+        FaceShade { light, colors, texture, stages, maps, fill, positions, opacity, fog, is_transparent }
     }
 
     /// Returns the mean of a polygon's corners in world space.

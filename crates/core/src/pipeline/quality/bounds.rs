@@ -132,6 +132,7 @@ impl<'c> ShadedObject<'c> {
         let is_plain = call.back_material.is_none()
             && (!call.two_sided_lighting || call.cull == Cull::Back)
             && call.stages.is_none()
+            && call.maps.is_none()
             && call.fill == FillStyle::default();
         let Geometry { mesh, textures } = call.geometry;
         let materials: Vec<&Material> = mesh.materials.iter().chain([call.material]).collect();

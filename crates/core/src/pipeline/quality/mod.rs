@@ -60,8 +60,10 @@ fn exact_reason(hide: HiddenSurface, max_error: f64) -> Option<&'static str> {
 
 /// Steps by which a picture may differ from what its formulas say: 1, and 2 where it is textured.
 fn steps_of_rounding(call: &DrawCall) -> f64 {
-    let is_textured =
-        call.texture.is_some() || call.geometry.textures.iter().any(Option::is_some) || call.stages.is_some();
+    let is_textured = call.texture.is_some()
+        || call.geometry.textures.iter().any(Option::is_some)
+        || call.stages.is_some()
+        || call.maps.is_some();
     if is_textured { 2.0 } else { 1.0 }
 }
 

@@ -30,6 +30,7 @@ impl PreparedDraw<'_> {
             colors: None,
             texture: None,
             stages: None,
+            maps: None,
             fill: FillStyle::default(),
             positions: [DVec3::ZERO; 3],
             opacity: 1.0,

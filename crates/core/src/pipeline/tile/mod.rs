@@ -35,6 +35,7 @@ mod hierarchical_z;
 mod interpolate;
 mod lighting;
 mod list_bytes;
+mod pixel_resolve;
 mod raster;
 mod resolve;
 mod sampler;

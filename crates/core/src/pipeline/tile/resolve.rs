@@ -45,7 +45,7 @@ struct CachedFace<'a, S: Simd> {
 
 /// Columns and rows that are shaded together: four blocks of 4x4 pixels, so that each face needs
 /// few vectors.
-const STRIP: [i32; 2] = [STRIP_CELL as i32, 4];
+pub(super) const STRIP: [i32; 2] = [STRIP_CELL as i32, 4];
 
 impl Kernel for ResolveKernel<'_, '_, '_> {
     type Output = ();
@@ -75,7 +75,7 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
                     self.exact_rows(s, x, y, &mut cached);
                 }
                 if (has_narrow | has_exact) && !self.pick.ids.is_empty() {
-                    self.keep_ids(x, y);
+                    keep_ids(self.tile, &mut self.pick, self.name, x, y);
                 }
                 x += STRIP[0];
             }
@@ -362,23 +362,23 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             }
         }
     }
+}
 
-    /// Writes name and triangle of a strip's pixels to the pick buffer. Inlined, so that the vectors
-    /// of the kernel's level serve it.
-    #[inline(always)]
-    fn keep_ids(&mut self, x: i32, y: i32) {
-        let columns = ((x + STRIP[0]).min(self.tile.x1) - x) as usize;
-        for row in y..(y + STRIP[1]).min(self.tile.y1) {
-            let (from, to) = (self.tile.id_at(x, row), self.tile.pixel_at(x, row));
-            let is_pending = self.pick.take_pending((row - self.tile.y0) as usize, x as usize);
-            let picked = self.pick.ids[to..to + columns].iter_mut();
-            let pixels = picked.zip(&self.tile.ids[from..from + columns]);
-            let face = |id: i32| [self.name, (id & !EXACT_FACE_BIT) as u32];
-            if is_pending {
-                pixels.for_each(|(pick, &id)| *pick = if id == NO_FACE { NOT_PICKED } else { face(id) });
-            } else {
-                pixels.for_each(|(pick, &id)| *pick = if id == NO_FACE { *pick } else { face(id) });
-            }
+/// Writes name and triangle of a strip's pixels to the pick buffer. Inlined, so that the vectors of
+/// the kernel's level serve it.
+#[inline(always)]
+pub(super) fn keep_ids(tile: &Tile<'_>, pick: &mut PickCells<'_>, name: u32, x: i32, y: i32) {
+    let columns = ((x + STRIP[0]).min(tile.x1) - x) as usize;
+    for row in y..(y + STRIP[1]).min(tile.y1) {
+        let (from, to) = (tile.id_at(x, row), tile.pixel_at(x, row));
+        let is_pending = pick.take_pending((row - tile.y0) as usize, x as usize);
+        let picked = pick.ids[to..to + columns].iter_mut();
+        let pixels = picked.zip(&tile.ids[from..from + columns]);
+        let face = |id: i32| [name, (id & !EXACT_FACE_BIT) as u32];
+        if is_pending {
+            pixels.for_each(|(pick, &id)| *pick = if id == NO_FACE { NOT_PICKED } else { face(id) });
+        } else {
+            pixels.for_each(|(pick, &id)| *pick = if id == NO_FACE { *pick } else { face(id) });
         }
     }
 }

@@ -22,6 +22,10 @@ pub enum ColorSource<'a> {
 /// Shades one pixel in f64. Arguments: face, column, row; result: R, G, B, A.
 pub type PlainPixel<'a> = &'a (dyn Fn(u32, i32, i32) -> [u8; 4] + Sync);
 
+/// Shades a run of pixels of a row that show one face, in f64. Arguments: face, column and row of the
+/// first pixel, the pixels' bytes.
+pub type PlainRun<'a> = &'a (dyn Fn(u32, [i32; 2], &mut [u8]) + Sync);
+
 /// Material as the kernels read it.
 #[derive(Clone, Debug)]
 pub struct MaterialBinding<'a> {
@@ -69,4 +73,6 @@ pub struct Shading<'a> {
     pub flip_normal: i32,
     /// Shades one pixel by the plain path.
     pub plain: PlainPixel<'a>,
+    /// Shades every pixel by the plain path, if the draw has surface maps.
+    pub maps: Option<PlainRun<'a>>,
 }

@@ -13,6 +13,7 @@ use super::draw_job::{DepthF64, DrawJob, FrameSlices};
 use super::face_tables::{ExactFaceLookup, Faces};
 use super::grid::Grid;
 use super::hierarchical_z::HierarchicalZKernel;
+use super::pixel_resolve::PixelResolve;
 use super::resolve::ResolveKernel;
 use super::scratch::Scratch;
 use super::tile_buffers::{ID_STRIDE, Ids, NO_FACE, Tile};
@@ -298,14 +299,16 @@ impl TileRow<'_> {
             narrow(tile.depth, width, columns.clone(), &mut *buffers.narrow);
         }
         let [left, top, right, bottom] = reach.map(i32::from);
-        self.draw.level.dispatch_long(ResolveKernel {
-            faces: self.faces,
-            reach: PixelRect { x0: left.max(x0), y0: top.max(y0), x1: right.min(x1), y1: bottom.min(y1) },
-            tile: &mut tile,
-            bytes: &mut *buffers.bytes,
-            pick: buffers.pick.reborrow(),
-            name: self.draw.job.name,
-        });
+        let reach = PixelRect { x0: left.max(x0), y0: top.max(y0), x1: right.min(x1), y1: bottom.min(y1) };
+        let (tile, bytes, pick) = (&mut tile, &mut *buffers.bytes, buffers.pick.reborrow());
+        let name = self.draw.job.name;
+        match self.draw.job.shading.maps {
+            None => {
+                let faces = self.faces;
+                self.draw.level.dispatch_long(ResolveKernel { faces, reach, tile, bytes, pick, name });
+            }
+            Some(shade) => PixelResolve { shade, reach, tile, bytes, pick, name }.run(),
+        }
         visits
     }
 

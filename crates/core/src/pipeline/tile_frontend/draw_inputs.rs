@@ -101,6 +101,7 @@ impl PreparedDraw<'_> {
         let (prepared, space) = (inputs.prepared, &self.space);
         let plain = |face: u32, own: &mut DrawStats| self.exact_face(face, prepared, own);
         let pixel = |face: u32, x: i32, y: i32| self.shaded_pixel(face, x, y);
+        let run = |face: u32, at: [i32; 2], bytes: &mut [u8]| self.shade_run(face, at, bytes);
         let source = match inputs.light {
             Light::Pixels if space.has_own_normals => ColorSource::Pixels(&prepared.normals),
             Light::Pixels => ColorSource::Pixels(&tables.normals),
@@ -138,6 +139,7 @@ impl PreparedDraw<'_> {
                 is_affine,
                 flip_normal: inputs.flip_normal,
                 plain: &pixel,
+                maps: if self.parts.uses(Part::SurfaceMaps) { Some(&run) } else { None },
             },
             plain: &plain,
             name: self.call.name,

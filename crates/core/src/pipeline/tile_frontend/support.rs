@@ -96,6 +96,9 @@ impl<'a> PreparedDraw<'a> {
         if call.stages.is_some() || call.fill != FillStyle::default() {
             return Some("several textures, or hatches: the plain path");
         }
+        if call.maps.is_some() {
+            return Some("maps of emission, normals or occlusion: the plain path");
+        }
         if !is_sized(target) {
             return Some("the frame is too narrow, too wide or too high for vectors: the plain path");
         }

@@ -12,9 +12,9 @@
 //!
 //! Source: glTF 2.0 Specification, section 3.11 (Animations) and appendix C.
 
+use super::attributes::attribute;
 use super::image::Source;
 use super::json::Json;
-use super::mesh::attribute;
 use super::nodes::quaternion;
 use crate::load::{LoadError, LoadErrorKind};
 use glam::DQuat;

@@ -39,6 +39,16 @@ pub(super) struct MadeTexture {
 pub(super) struct Images {
     decoded: HashMap<usize, Option<Arc<Texture>>>,
     made: HashMap<(usize, AlphaUse, [bool; 2]), Arc<Texture>>,
+    tones: HashMap<usize, Tone>,
+}
+
+/// Channels R, G, B of a picture.
+#[derive(Clone, Copy)]
+pub(super) struct Tone {
+    /// Means, in 0..1.
+    pub(super) mean: [f64; 3],
+    /// Set for a channel that is the same everywhere.
+    pub(super) is_uniform: [bool; 3],
 }
 
 /// Everything that reading a part of a file needs.
@@ -98,14 +108,20 @@ impl Images {
         Ok(Some(MadeTexture { texture, sampling, is_mirrored }))
     }
 
-    /// Returns the mean of a texture's channels R, G, B in 0..1, if it can be read.
-    pub(super) fn mean(&mut self, source: &mut Source, index: &Json) -> Result<Option<[f64; 3]>, LoadError> {
+    /// Returns the channels of a texture, if it can be read.
+    pub(super) fn tone(&mut self, source: &mut Source, index: &Json) -> Result<Option<Tone>, LoadError> {
         let textures = source.root.member("textures");
         let entry = textures.item(index.index("texture", textures.count())?);
-        let Some((_, picture)) = self.picture(source, &entry)? else { return Ok(None) };
-        let texels = picture.bytes().as_chunks::<4>().0;
-        let sum = |c: usize| texels.iter().map(|t| u64::from(t[c])).sum::<u64>() as f64;
-        Ok(Some([0, 1, 2].map(|c| sum(c) / (255.0 * texels.len() as f64))))
+        let Some((image, picture)) = self.picture(source, &entry)? else { return Ok(None) };
+        let new = || {
+            let texels = picture.bytes().as_chunks::<4>().0;
+            let sum = |c: usize| texels.iter().map(|t| u64::from(t[c])).sum::<u64>() as f64;
+            Tone {
+                mean: [0, 1, 2].map(|c| sum(c) / (255.0 * texels.len() as f64)),
+                is_uniform: [0, 1, 2].map(|c| texels.iter().all(|t| t[c] == texels[0][c])),
+            }
+        };
+        Ok(Some(*self.tones.entry(image).or_insert_with(new)))
     }
 
     /// Returns the number of a texture's image, and its picture.

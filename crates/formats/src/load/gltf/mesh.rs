@@ -7,7 +7,7 @@
 //!
 //! Source: glTF 2.0 Specification, section 3.7.2 (Meshes), with KHR_mesh_quantization.
 
-use super::buffers::Numbers;
+use super::attributes::{attribute, vertex_attribute};
 use super::cutoff;
 use super::image::{Images, Source};
 use super::json::Json;
@@ -15,8 +15,10 @@ use super::material::{self, Surface};
 use super::pose::{Morph, Skinning};
 use crate::load::{LoadError, LoadErrorKind};
 use fbptr_core::math::matrix::unit;
-use fbptr_core::scene::{Corner, Geometry, LightingModel, Material, Mesh, NONE, Sampling, Texture};
-use glam::{DVec2, DVec3, DVec4};
+use fbptr_core::scene::{
+    Corner, Geometry, LightingModel, Material, Mesh, NONE, Sampling, SurfaceMaps, Texture,
+};
+use glam::{DVec3, DVec4};
 use std::sync::Arc;
 
 /// Bytes of the mesh for each vertex and for each index, at most.
@@ -29,10 +31,19 @@ pub(super) struct Primitive {
     pub(super) geometry: Arc<Geometry>,
     pub(super) material: Material,
     pub(super) texture: Option<(Arc<Texture>, Sampling)>,
+    pub(super) maps: Option<Arc<SurfaceMaps>>,
     pub(super) is_double_sided: bool,
     /// Displacements of its positions.
     pub(super) morphs: Vec<Morph>,
     pub(super) skinning: Option<Skinning>,
+}
+
+impl Primitive {
+    /// Returns the bytes of its tangents.
+    pub(super) fn tangent_bytes(&self) -> usize {
+        let normal = self.maps.as_ref().and_then(|maps| maps.normal.as_ref());
+        normal.map_or(0, |normal| size_of_val(&*normal.tangents))
+    }
 }
 
 /// Mode of a primitive.
@@ -109,6 +120,9 @@ pub(super) fn read(
             source.warn(json.warning("the alpha of vertices that bend is not compared with the cutoff"));
             mesh.colors.iter_mut().for_each(|color| color.w = 1.0);
         } else {
+            if !surface.maps.is_empty() {
+                surface.leave_maps_out(source, json, "maps of faces that the alpha of vertices cuts");
+            }
             cutoff::cut(&mut mesh, least);
         }
     }
@@ -123,54 +137,48 @@ pub(super) fn read(
             _ => add_flat_normals(&mut mesh),
         }
     }
+    let maps = worn_maps(source, json, &mut surface, &mesh)?;
     mesh.shrink_to_fit();
     let bytes = mesh.size_bytes() as u64;
     source.context.memory.reserve_result(bytes).map_err(|kind| json.refuse(kind))?;
-    let texture = surface.texture.map(|made| (made.texture, made.sampling));
+    let texture = surface.texture.map(|texture| (texture.made.texture, texture.made.sampling));
     let texture = texture.filter(|_| !mesh.texcoords.is_empty());
     Ok(Some(Primitive {
         geometry: Arc::new(Geometry::from(mesh)),
         material: surface.material,
         texture,
+        maps,
         is_double_sided: surface.is_double_sided,
         morphs,
         skinning,
     }))
 }
 
+/// Returns the maps of a primitive's surface. Without one that limits it, the surface emits nothing.
+fn worn_maps(
+    source: &mut Source,
+    json: &Json,
+    surface: &mut Surface,
+    mesh: &Mesh,
+) -> Result<Option<Arc<SurfaceMaps>>, LoadError> {
+    if !surface.maps.is_empty() && mesh.triangles.is_empty() {
+        surface.leave_maps_out(source, json, "maps of lines and points");
+    }
+    let emits_by_map = surface.maps.emission.is_some();
+    let maps = match std::mem::take(&mut surface.maps) {
+        maps if maps.is_empty() => None,
+        maps => maps.worn_by(source, &json.member("attributes"), mesh)?,
+    };
+    if emits_by_map && maps.as_ref().is_none_or(|maps| maps.emission.is_none()) {
+        surface.material.emissive = DVec3::ZERO;
+    }
+    Ok(maps)
+}
+
 /// Returns whether an attribute's accessor has a buffer view.
 fn has_bytes(accessors: &Json, attribute: &Json) -> Result<bool, LoadError> {
     let accessor = accessors.item(attribute.index("accessor", accessors.count())?);
     Ok(accessor.member("bufferView").is_there())
-}
-
-/// Reads the accessor of an attribute.
-pub(super) fn attribute(
-    source: &mut Source,
-    attribute: &Json,
-    widths: &[usize],
-) -> Result<Numbers, LoadError> {
-    let accessors = source.root.member("accessors");
-    let accessor = accessors.item(attribute.index("accessor", accessors.count())?);
-    source.buffers.read_accessor(&source.root, &accessor, widths, source.context.memory)
-}
-
-/// Reads an attribute that must have as many elements as there are vertices.
-pub(super) fn vertex_attribute(
-    source: &mut Source,
-    json: &Json,
-    widths: &[usize],
-    count: usize,
-) -> Result<Option<Numbers>, LoadError> {
-    if !json.is_there() {
-        return Ok(None);
-    }
-    let numbers = attribute(source, json, widths)?;
-    if numbers.count() != count {
-        let reason = format!("{} elements for {count} vertices", numbers.count());
-        return Err(json.refuse(LoadErrorKind::Undecodable { format: "glTF", reason }));
-    }
-    Ok(Some(numbers))
 }
 
 /// Reads the indices of a primitive, all below `count`.
@@ -197,17 +205,8 @@ fn read_attributes(
     if let Some(normals) = vertex_attribute(source, &attributes.member("NORMAL"), &[3], count)? {
         mesh.normals = normals.elements(0.0).map(DVec3::from_array).collect();
     }
-    let name = format!("TEXCOORD_{}", surface.texcoord);
-    if let (Some(made), Some(uv)) =
-        (&surface.texture, vertex_attribute(source, &attributes.member(&name), &[2], count)?)
-    {
-        let half = made.is_mirrored.map(|is| if is { 0.5 } else { 1.0 });
-        let place = |uv: [f64; 2]| {
-            let uv = surface.transform.apply(DVec2::from_array(uv)) * DVec2::from_array(half);
-            let uv = DVec2::new(uv.x, 1.0 - uv.y);
-            if uv.is_finite() { uv } else { DVec2::ZERO }
-        };
-        mesh.texcoords = uv.elements(0.0).map(place).collect();
+    if let Some(texture) = &surface.texture {
+        mesh.texcoords = texture.texcoords(source, attributes, count)?;
     }
     if let Some(colors) = vertex_attribute(source, &attributes.member("COLOR_0"), &[3, 4], count)? {
         let color = |[r, g, b, a]: [f64; 4]| {

@@ -22,11 +22,13 @@
 //! Source: Khronos Group, glTF 2.0 Specification (ISO/IEC 12113:2022).
 
 mod animation;
+mod attributes;
 mod buffers;
 mod container;
 mod cutoff;
 mod image;
 mod json;
+mod maps;
 mod material;
 mod mesh;
 mod nodes;
@@ -250,7 +252,8 @@ impl GltfDocument {
         let primitives = self.shown.iter().filter_map(|n| self.nodes[*n].mesh).flat_map(|m| &self.meshes[m]);
         let bytes = primitives.map(|primitive| {
             let bends = !primitive.morphs.is_empty() || primitive.skinning.is_some();
-            let mesh = if bends { primitive.geometry.mesh.size_bytes() } else { 0 };
+            let mesh =
+                if bends { primitive.geometry.mesh.size_bytes() + primitive.tangent_bytes() } else { 0 };
             3 * size_of::<Object>() + 1024 + mesh
         });
         (moment + bytes.sum::<usize>()) as u64

@@ -13,13 +13,14 @@
 //!
 //! Source: glTF 2.0 Specification, sections 3.7.2.2 (Morph Targets) and 3.7.3 (Skins).
 
+use super::attributes::{attribute, vertex_attribute};
 use super::image::Source;
 use super::json::Json;
-use super::mesh::{self, Primitive, attribute, vertex_attribute};
+use super::mesh::{self, Primitive};
 use crate::load::{LoadError, LoadErrorKind};
 use fbptr_core::math::matrix::unit;
-use fbptr_core::scene::Geometry;
-use glam::{DMat4, DVec3};
+use fbptr_core::scene::{Geometry, Mesh, SurfaceMaps};
+use glam::{DMat4, DVec3, DVec4};
 use std::sync::Arc;
 
 /// Most morph targets of a primitive.
@@ -126,12 +127,17 @@ impl Skin {
     }
 }
 
-/// Returns a primitive's geometry with its targets at these weights, bent by these joints.
-pub(super) fn posed(primitive: &Primitive, weights: &[f64], joints: Option<&[DMat4]>) -> Arc<Geometry> {
+/// Returns a primitive's geometry with its targets at these weights, bent by these joints, and its
+/// maps, whose tangents turn with the vertices. Morph targets do not move tangents.
+pub(super) fn posed(
+    primitive: &Primitive,
+    weights: &[f64],
+    joints: Option<&[DMat4]>,
+) -> (Arc<Geometry>, Option<Arc<SurfaceMaps>>) {
     let is_moved = weights.iter().zip(&primitive.morphs).any(|(w, _)| *w != 0.0);
     let skinning = primitive.skinning.as_ref().zip(joints);
     if !is_moved && skinning.is_none() {
-        return Arc::clone(&primitive.geometry);
+        return (Arc::clone(&primitive.geometry), primitive.maps.clone());
     }
     let mut geometry = Geometry::clone(&primitive.geometry);
     let mesh = &mut geometry.mesh;
@@ -147,10 +153,14 @@ pub(super) fn posed(primitive: &Primitive, weights: &[f64], joints: Option<&[DMa
             add(&mut mesh.normals, &morph.normals);
         }
     }
+    let mut maps = primitive.maps.clone();
+    let turns = maps.as_ref().is_some_and(|maps| maps.normal.is_some());
+    let mut matrices = Vec::new();
     if let Some((skinning, joints)) = skinning {
         for (i, (numbers, weights)) in skinning.vertices.iter().enumerate() {
             let sum: f32 = weights.iter().sum();
             if sum.is_nan() || sum <= 0.0 {
+                matrices.extend(turns.then_some(DMat4::IDENTITY));
                 continue;
             }
             let mut matrix = DMat4::ZERO;
@@ -158,12 +168,16 @@ pub(super) fn posed(primitive: &Primitive, weights: &[f64], joints: Option<&[DMa
                 let joint = joints.get(usize::from(*number)).copied().unwrap_or(DMat4::IDENTITY);
                 matrix += joint * f64::from(*weight / sum);
             }
+            matrices.extend(turns.then_some(matrix));
             mesh.positions[i] = matrix.transform_point3(mesh.positions[i]);
             if is_smooth {
                 // Exact for joints that turn and move alone.
                 mesh.normals[i] = matrix.transform_vector3(mesh.normals[i]);
             }
         }
+    }
+    if let Some(maps) = maps.as_mut().filter(|_| !matrices.is_empty()) {
+        turn_tangents(Arc::make_mut(maps), mesh, &matrices);
     }
     for position in &mut mesh.positions {
         if !position.is_finite() {
@@ -176,5 +190,15 @@ pub(super) fn posed(primitive: &Primitive, weights: &[f64], joints: Option<&[DMa
         mesh.normals.clear();
         mesh::add_flat_normals(mesh);
     }
-    Arc::new(geometry)
+    (Arc::new(geometry), maps)
+}
+
+/// Turns the tangents of a mesh's corners by the matrices of its vertices.
+fn turn_tangents(maps: &mut SurfaceMaps, mesh: &Mesh, matrices: &[DMat4]) {
+    let Some(normal) = &mut maps.normal else { return };
+    let turned = mesh.corners.iter().zip(&*normal.tangents).map(|(corner, tangent)| {
+        let turned = matrices[corner.position as usize].transform_vector3(tangent.truncate());
+        if turned.is_finite() { turned.extend(tangent.w) } else { DVec4::ZERO }
+    });
+    normal.tangents = turned.collect();
 }

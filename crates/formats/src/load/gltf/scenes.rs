@@ -6,7 +6,7 @@ use super::json::Json;
 use super::nodes::{self, Node, Transform, quaternion};
 use super::pose::posed;
 use crate::load::{LoadError, LoadErrorKind};
-use fbptr_core::scene::{self, Cull, LightingModel, Object, Scene, viewers_light};
+use fbptr_core::scene::{self, Cull, LightingModel, Object, Scene, Style, viewers_light};
 use glam::{DMat4, DVec3};
 
 /// Moments at which an animated scene is measured, to frame it.
@@ -121,9 +121,10 @@ impl GltfDocument {
                 // The last row of a file's matrix may be anything.
                 let [x, y, z, w] = [0, 1, 2, 3].map(|c| model.col(c).truncate());
                 let model = DMat4::from_cols(x.extend(0.0), y.extend(0.0), z.extend(0.0), w.extend(1.0));
+                let (geometry, maps) = posed(primitive, &moment.weights[i], joints.as_deref());
                 objects.push(Object {
                     name: name(node, i, k),
-                    geometry: posed(primitive, &moment.weights[i], joints.as_deref()),
+                    geometry,
                     model,
                     material: primitive.material.clone(),
                     back_material: None,
@@ -133,7 +134,7 @@ impl GltfDocument {
                     shade: None,
                     texture: primitive.texture.clone(),
                     lights: None,
-                    style: Default::default(),
+                    style: Style { maps, ..Style::default() },
                 });
             }
         }

@@ -196,6 +196,7 @@ pub(super) fn object(
             line: stages::line_style(view, parts.appearance),
             fill: stages::fill_style(view, parts.appearance),
             stages,
+            maps: None,
             point_size: stages::point_size(view, parts.appearance),
         },
     })
