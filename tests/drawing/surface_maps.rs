@@ -353,12 +353,10 @@ fn an_unlit_material_has_no_maps() {
 
 #[test]
 fn transparent_faces_with_maps_are_blended_by_the_plain_path() {
-    let material = format!(
-        r#""alphaMode":"BLEND","pbrMetallicRoughness":{{"metallicFactor":0,"baseColorFactor":[1,1,1,0.5]}},
-        "normalTexture":{{"index":0}}"#
-    );
+    let material = r#""alphaMode":"BLEND","pbrMetallicRoughness":{"metallicFactor":0,"baseColorFactor":[1,1,1,0.5]},
+        "normalTexture":{"index":0}"#;
     let scene =
-        scene_of(&file(&material, &[image([2, 2], &[[255, 128, 128], [128; 3]])], Some(UPRIGHT)), -DVec3::Z);
+        scene_of(&file(material, &[image([2, 2], &[[255, 128, 128], [128; 3]])], Some(UPRIGHT)), -DVec3::Z);
     picture(&scene);
     let plan = plan_of(&scene);
     assert!(!plan.uses(Part::TileRenderer) && !plan.uses(Part::FacesInOrder));

@@ -194,16 +194,16 @@ fn paint_rows(
     ys: Range<i32>,
     row: impl Fn(i32) -> Range<i32>,
 ) {
-    let mut marked = i32::MAX..0;
+    let mut marked: Option<Range<i32>> = None;
     for y in ys {
         let xs = row(y);
         if !xs.is_empty() {
             paint.run(run_mut(memory, y, xs));
-            marked = marked.start.min(y)..y + 1;
+            marked = Some(marked.map_or(y, |rows| rows.start)..y + 1);
         }
     }
-    if marked.start < marked.end {
-        memory.mark_rows(marked.start as u32..marked.end as u32);
+    if let Some(rows) = marked {
+        memory.mark_rows(rows.start as u32..rows.end as u32);
     }
 }
 
