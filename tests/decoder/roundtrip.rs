@@ -126,15 +126,17 @@ fn attenuation() -> BoxedStrategy<Attenuation> {
     .boxed()
 }
 
+/// Returns colours of light: none of their channels is negative.
+fn light_color() -> BoxedStrategy<DVec3> {
+    vector().prop_map(DVec3::abs).boxed()
+}
+
 fn light() -> BoxedStrategy<LightCommand> {
     prop_oneof![
-        (vector(), vector(), attenuation()).prop_map(|(position, color, attenuation)| LightCommand::Point {
-            position,
-            color,
-            attenuation
-        }),
-        (vector(), vector()).prop_map(|(direction, color)| LightCommand::Dir { direction, color }),
-        (vector(), vector(), real(), real(), vector(), attenuation()).prop_map(
+        (vector(), light_color(), attenuation())
+            .prop_map(|(position, color, attenuation)| LightCommand::Point { position, color, attenuation }),
+        (vector(), light_color()).prop_map(|(direction, color)| LightCommand::Dir { direction, color }),
+        (vector(), vector(), real(), real(), light_color(), attenuation()).prop_map(
             |(position, direction, angle_rad, exponent, color, attenuation)| LightCommand::Spot {
                 position,
                 direction,
@@ -315,7 +317,7 @@ fn three_d_commands() -> Vec<BoxedStrategy<Command>> {
         prop::collection::vec(real(), 16)
             .prop_map(|m| Command::Matrix(Box::new(DMat4::from_cols_slice(&m))))
             .boxed(),
-        vector().prop_map(Command::Ambient).boxed(),
+        light_color().prop_map(Command::Ambient).boxed(),
         (0..=i32::MAX, light())
             .prop_map(|(index, light)| Command::Light { index, light: Box::new(light) })
             .boxed(),

@@ -217,7 +217,7 @@ const SHARED_LINES: &[(Key, usize, &str, &str, &str)] = &[
     (Key::W, 3, "WASD", "walk ahead, left, back, right", "walk ahead, left, back, right"),
     (Key::PageUp, 1, "PgUp", "rise; PgDn sink", "rise; PgDn sink"),
     (Key::Left, 3, "Arrow", "keys orbit", "keys turn"),
-    (Key::Tab, 1, "Tab", "", "next plane; Bksp the one before"),
+    (Key::Tab, 1, "Tab", "", "next plane; Bksp plane before"),
     (Key::RightBracket, 1, "] [", "", "turn in that plane, back"),
     (Key::Equal, 1, "= -", "nearer, farther", "walk along its second axis"),
     (Key::Period, 1, ". ,", "one frame on, back", "one frame on, back"),
