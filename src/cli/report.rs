@@ -43,6 +43,9 @@ impl ReportArgs {
         {
             return Status::Failed;
         }
+        if !self.quick && !self.hard && self.scene.is_empty() {
+            say_as_program("every stage is measured, for several minutes; --quick takes less than one");
+        }
         let mut progress = |title: &str| say_as_program(format_args!("measuring: {title}"));
         let (files, broken) = if self.hard {
             let rows = hard(&mut progress);

@@ -2,7 +2,9 @@
 //! as far as `fbptr run` serves them. They travel in this program, and are written to a folder of
 //! the user's cache once.
 
-use super::super::{Status, output, say_as_program};
+#[cfg(fbptr_preload)]
+use super::super::output;
+use super::super::{Status, say_as_program};
 use clap::Args;
 #[cfg(fbptr_preload)]
 use std::path::{Path, PathBuf};

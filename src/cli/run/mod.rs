@@ -118,6 +118,7 @@ pub struct Run {
     movie: MovieArgs,
     /// The program and its arguments
     #[arg(skip)]
+    #[cfg_attr(not(fbptr_preload), expect(dead_code, reason = "no program runs"))]
     program: Vec<OsString>,
     /// The folder that it runs in, if that is another one
     #[arg(skip)]

@@ -217,6 +217,10 @@ impl Viewer {
     fn set_look(&mut self, look: Look) {
         self.wishes.look = look;
         self.is_stale = true;
+        // Depths look the same in every style: the key would seem to do nothing.
+        if self.show == Show::Depth {
+            self.show = Show::Picture;
+        }
         let time = self.wishes.time;
         let remark = match &mut self.subject {
             Subject::Replay(replay) if look != Look::AsGiven => {

@@ -190,6 +190,10 @@ fn depth_is_a_picture_and_the_exact_picture_differs_nowhere() {
         assert_eq!(lit(viewer.shown().bytes()), 0);
         tap(&mut viewer, Key::E);
         assert!(picture(&mut viewer) == plain);
+        // A style is seen at once, from the depths as well.
+        tap(&mut viewer, Key::Z);
+        tap(&mut viewer, Key::One);
+        assert!(picture(&mut viewer) != depth, "{}", viewer.name);
     }
 }
 
