@@ -14,7 +14,7 @@ pub(super) fn nearest_verb(word: &str) -> Option<&'static str> {
 }
 
 /// Returns the one of some names, all in one case, that is nearest to `word` in either case, by the
-/// rule of [`nearest_verb`].
+/// rule of `nearest_verb`.
 pub fn nearest<'a>(word: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     if word.len() < 2 || word.len() > MAX_WORD || !word.is_ascii() {
         return None;

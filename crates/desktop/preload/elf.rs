@@ -97,7 +97,7 @@ pub fn check(head: &[u8; HEAD_BYTES], mut read: impl FnMut(u64, &mut [u8]) -> bo
 }
 
 /// Passes the names of the libraries that a program itself needs to `each`: `read` fills a buffer
-/// from an offset of the file and returns whether it could. Longer names than [`NAME_BYTES`] are cut
+/// from an offset of the file and returns whether it could. Longer names than `NAME_BYTES` are cut
 /// off.
 pub fn each_needed(mut read: impl FnMut(u64, &mut [u8]) -> bool, mut each: impl FnMut(&[u8])) {
     let mut head = [0; 64];
