@@ -44,7 +44,7 @@ pub(super) struct Disc {
     r: f64,
     /// Factor that keeps the squares of the largest numbers finite.
     scale: f64,
-    /// Whether no number is larger than [`NEAR`].
+    /// Returns whether no number is larger than [`NEAR`].
     is_near: bool,
     exact: OnceCell<ExactDisc>,
 }

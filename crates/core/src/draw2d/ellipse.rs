@@ -76,7 +76,7 @@ pub fn ellipse(
 struct Ellipse {
     centre: [f64; 2],
     radii: [f64; 2],
-    /// Whether no number is larger than [`NEAR`] and it is not flat.
+    /// Returns whether no number is larger than [`NEAR`] and the ellipse is not flat.
     is_near: bool,
     exact: OnceCell<ExactEllipse>,
 }

@@ -42,7 +42,7 @@ pub(super) fn clipped(run: Range<i32>, xs: Range<i32>) -> Range<i32> {
     if start < end { start..end } else { 0..0 }
 }
 
-/// What a row has of a disc.
+/// The columns of a row that a disc covers.
 pub(super) enum RowEnds {
     /// Half of its chord.
     Half(f64),

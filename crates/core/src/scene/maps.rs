@@ -13,7 +13,7 @@
 //! occlusion  Ka E(1 + s (R - 1)) / E(mean) in place of Ka, E being the encoding of sRGB
 //! ```
 //!
-//! Where the tangents vanish, N stands. N is turned to the viewer (two-sided lighting) with T and B.
+//! N stands where the tangents vanish. N is turned to the viewer (two-sided lighting) with T and B.
 //! Normal and occlusion change light that is computed at pixels (SHADE phong); light at vertices or
 //! faces has Ka with the map's mean, as the loader made it. Unlit materials and lines have no maps.
 //!

@@ -18,7 +18,7 @@ fn areas(p0: [f64; 2], p1: [f64; 2], clip: PixelRect) -> BTreeMap<(i32, i32), f6
     all
 }
 
-/// The same by cutting the rectangle at every pixel.
+/// Returns the same areas by cutting the rectangle at every pixel.
 fn cut_areas(p0: [f64; 2], p1: [f64; 2], clip: PixelRect) -> BTreeMap<(i32, i32), f64> {
     let mut all = BTreeMap::new();
     if let Some(rect) = SegmentRect::new(p0, p1, clip) {

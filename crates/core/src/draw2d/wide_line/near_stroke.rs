@@ -32,7 +32,7 @@ pub(super) struct NearStroke {
     top: [f64; 2],
     bottom: [f64; 2],
     r: f64,
-    /// Whether the slope of the sides is at most [`MOST_ACROSS`].
+    /// Returns whether the slope of the sides is at most [`MOST_ACROSS`].
     is_upright: bool,
     left: Side,
     right: Side,
