@@ -46,7 +46,7 @@ pub(super) struct Nd {
     picture: Option<EyePicture>,
     pool: Executor,
     gallery: Option<Gallery>,
-    /// Whether pictures have a pixel of their own for each of the frame's.
+    /// Set if pictures have a pixel of their own for each of the frame's.
     is_fine: bool,
 }
 

@@ -35,17 +35,17 @@ pub(super) fn picture_pixel(x: i32, y: i32) -> Rgba {
 pub enum PlaneWork {
     /// Rectangles of 400x300.
     Rects,
-    /// The same, half transparent.
+    /// Half transparent rectangles of 400x300.
     RectsOver,
     /// Discs of radius 60.
     Discs,
-    /// The same, half transparent.
+    /// Half transparent discs of radius 60.
     DiscsOver,
     /// Triangles within boxes of 160 pixels, one colour.
     Triangles,
-    /// The same in three colours.
+    /// Triangles of that size in three colours.
     TrianglesThree,
-    /// The same in three half transparent colours.
+    /// Triangles of that size in three half transparent colours.
     TrianglesThreeOver,
     /// Lines all over the frame.
     Lines,

@@ -143,7 +143,7 @@ fn largest_difference(a: &[u8], b: &[u8]) -> u8 {
 /// Holds a workload to its truth, which [`plane_truth`] returns, then times it.
 ///
 /// # Errors
-/// What is wrong with the picture, or with a later one.
+/// A line that says how the picture, or a later one, is wrong.
 pub fn run_plane(
     work: PlaneWork,
     options: &PlaneOptions,
