@@ -6,7 +6,9 @@ use fbptr_core::memory::Rgba;
 /// Contents drawn over the picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overlay {
-    /// Lines in the upper left corner: help, plan.
+    /// The list of keys, or the plan: stands below the picture, which is made smaller for it.
+    pub list: Vec<String>,
+    /// Lines in the upper left corner: the frame rate.
     pub top: Vec<String>,
     /// Lines in the lower left corner: status, messages.
     pub bottom: Vec<String>,

@@ -14,9 +14,9 @@ impl Viewer {
     pub fn overlay(&mut self) -> Overlay {
         let mut overlay = Overlay { zoom: self.zoom_box(), captions: self.captions(), ..Overlay::default() };
         if self.shows_help {
-            overlay.top = self.help();
+            overlay.list = self.help();
         } else if self.shows_plan {
-            overlay.top = self.plan();
+            overlay.list = self.plan();
         }
         if self.shows_rate {
             overlay.top.insert(0, format!("{:5.1} frames/s", self.rate.per_second));

@@ -355,7 +355,7 @@ fn a_held_key_walks_on_and_toggles_once() {
     let mut viewer = mesh_viewer();
     viewer.key(Key::B, true);
     viewer.key(Key::B, true);
-    assert!(viewer.overlay().top.iter().any(|l| l.contains("plan")));
+    assert!(viewer.overlay().list.iter().any(|l| l.contains("plan")));
     let before = picture(&mut viewer);
     viewer.key(Key::W, true);
     let one = picture(&mut viewer);
@@ -387,7 +387,7 @@ fn no_rain_of_keys_ends_it() {
 fn the_help_names_the_keys_that_do_something_here() {
     let lines = |viewer: &mut Viewer| {
         tap(viewer, Key::F1);
-        viewer.overlay().top
+        viewer.overlay().list
     };
     let has = |lines: &[String], key: &str| lines.iter().any(|l| l.split(' ').next() == Some(key));
     let still = lines(&mut mesh_viewer());

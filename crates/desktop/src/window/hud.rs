@@ -1,10 +1,11 @@
-//! The viewer's overlay, drawn over the window's pixels: text in two corners, and the inspector's
-//! enlarged pixels.
+//! The viewer's overlay, drawn over the window's pixels: text in two corners, the inspector's
+//! enlarged pixels, and below the picture the list of keys or the plan.
 
-use super::overlay::{Canvas, Corner, box_size, draw_box};
+use super::overlay::{Canvas, Corner, box_size, draw_box, draw_lines};
 use super::scanout::word;
 use crate::viewer::{Overlay, Zoom};
 use fbptr_core::draw2d::font::CELL;
+use fbptr_core::draw2d::look::PAPER;
 
 /// Margin around the boxes, in pixels.
 const EDGE: usize = 4;
@@ -19,10 +20,69 @@ const SMALLEST_CELL: usize = 4;
 /// Colour of the inspector's pixels outside the frame.
 const OFF_FRAME: u32 = 0x0030_0030;
 
-/// Draws all of `overlay` that fits. The lower text is placed in a corner where it covers little of
+/// A list arranged below the picture.
+pub struct ListPanel {
+    lines: Vec<String>,
+    scale: usize,
+    /// Rows of the window that the list takes.
+    pub height: usize,
+}
+
+impl ListPanel {
+    /// Arranges `list` in columns for a window of `width` x `height`, over two fifths of its rows at
+    /// most: at twice the font's size if there is room. A window too small for all lines gets the
+    /// first ones. An empty list takes no rows.
+    pub fn new(list: &[String], [width, height]: [usize; 2]) -> ListPanel {
+        let most = height * 2 / 5;
+        if list.is_empty() {
+            return ListPanel { lines: Vec::new(), scale: 1, height: 0 };
+        }
+        let arranged = |scale: usize, columns: usize| {
+            let lines = in_columns(list, columns);
+            let [w, h] = box_size(&lines, scale);
+            (w <= width && h <= most).then_some(ListPanel { lines, scale, height: h })
+        };
+        let choices = (1..=2).rev().flat_map(|scale| (1..=4).map(move |columns| (scale, columns)));
+        choices.into_iter().find_map(|(scale, columns)| arranged(scale, columns)).unwrap_or_else(|| {
+            let lines = beginning(list, width, most);
+            let height = box_size(&lines, 1)[1].min(height);
+            ListPanel { lines, scale: 1, height }
+        })
+    }
+
+    /// Draws the list on the lowest rows of the canvas.
+    fn draw(&self, canvas: &mut Canvas<'_>) {
+        let top = canvas.height.saturating_sub(self.height);
+        canvas.words[top * canvas.width..].fill(word(PAPER));
+        let left = canvas.width.saturating_sub(box_size(&self.lines, self.scale)[0]) / 2;
+        draw_lines(canvas, [left, top], &self.lines, self.scale);
+    }
+}
+
+/// Draws all of `overlay` that fits: `panel`, its list, on the lowest rows, the rest on the picture
+/// above them. The lower text is placed in a corner where it covers little of
 /// the picture, and none of `captions`, rectangles of the canvas (left, top, right, bottom):
 /// `corner` is the previous one, and is updated.
-pub fn draw(canvas: &mut Canvas<'_>, overlay: &Overlay, captions: &[[usize; 4]], corner: &mut Corner) {
+pub fn draw(
+    canvas: &mut Canvas<'_>,
+    overlay: &Overlay,
+    panel: &ListPanel,
+    captions: &[[usize; 4]],
+    corner: &mut Corner,
+) {
+    panel.draw(canvas);
+    let (width, height) = (canvas.width, canvas.height.saturating_sub(panel.height));
+    let canvas = &mut Canvas { words: &mut canvas.words[..width * height], width, height };
+    draw_over_picture(canvas, overlay, captions, corner);
+}
+
+/// Draws the texts of the corners and the inspector.
+fn draw_over_picture(
+    canvas: &mut Canvas<'_>,
+    overlay: &Overlay,
+    captions: &[[usize; 4]],
+    corner: &mut Corner,
+) {
     let bottom = fitting(&overlay.bottom, canvas.width, canvas.height);
     let [_, bottom_height] = box_size(&bottom.0, bottom.1);
     let mut top = [0; 2];
@@ -209,6 +269,12 @@ mod tests {
     use super::*;
     use crate::viewer::help_lines;
 
+    /// Draws the overlay with its list.
+    fn draw_all(canvas: &mut Canvas<'_>, overlay: &Overlay, captions: &[[usize; 4]], corner: &mut Corner) {
+        let panel = ListPanel::new(&overlay.list, [canvas.width, canvas.height]);
+        draw(canvas, overlay, &panel, captions, corner);
+    }
+
     #[test]
     fn long_lists_stand_in_columns() {
         let lines: Vec<String> = (0..7).map(|i| format!("line {i}")).collect();
@@ -231,13 +297,16 @@ mod tests {
     }
 
     #[test]
-    fn every_key_of_the_help_is_seen_in_the_usual_windows() {
-        for (width, height) in [(640, 480), (800, 600), (1280, 960), (720, 400)] {
+    fn every_key_is_listed_below_the_picture_in_the_usual_windows() {
+        for size @ [width, height] in [[640, 480], [800, 600], [960, 720], [1280, 960], [1920, 1080]] {
             for is_nd in [false, true] {
-                let (lines, scale) = fitting(&help_lines(is_nd), width, height);
-                let [w, h] = box_size(&lines, scale);
-                assert!(w <= width && h <= height, "{width}x{height}: {w}x{h}");
-                assert!(lines.iter().all(|l| l.chars().count() * CELL + 2 * EDGE <= width));
+                let keys = help_lines(is_nd);
+                let panel = ListPanel::new(&keys, size);
+                assert!(box_size(&panel.lines, panel.scale)[0] <= width && panel.height <= height * 2 / 5);
+                assert!(panel.lines[1].split("   ").filter(|cell| !cell.is_empty()).count() >= 2);
+                for key in &keys {
+                    assert!(panel.lines.iter().any(|line| line.contains(key.trim_end())), "{size:?}: {key}");
+                }
             }
         }
     }
@@ -246,15 +315,33 @@ mod tests {
     fn a_small_window_says_how_many_keys_it_leaves_out() {
         for is_nd in [false, true] {
             let keys = help_lines(is_nd);
-            for (width, height) in [(320, 240), (360, 120), (310, 300)] {
-                let (lines, scale) = fitting(&keys, width, height);
-                let [w, h] = box_size(&lines, scale);
-                assert!(w + 2 * EDGE <= width && h <= height, "{width}x{height}: {w}x{h}");
-                let (last, shown) = lines.split_last().unwrap();
+            for size @ [width, height] in [[320, 240], [360, 120], [310, 300]] {
+                let panel = ListPanel::new(&keys, size);
+                let [w, h] = box_size(&panel.lines, panel.scale);
+                assert!(w <= width && h <= height * 2 / 5, "{width}x{height}: {w}x{h}");
+                let (last, shown) = panel.lines.split_last().unwrap();
                 let shown = keys.iter().filter(|key| shown.iter().any(|line| line.contains(key.trim_end())));
                 assert_eq!(*last, format!("... {} more in a larger window", keys.len() - shown.count()));
             }
         }
+    }
+
+    #[test]
+    fn the_list_covers_nothing_of_the_picture() {
+        let (width, height) = (640, 480);
+        let overlay = Overlay { list: help_lines(false), ..Overlay::default() };
+        let panel = ListPanel::new(&overlay.list, [width, height]);
+        let mut words = vec![0x0012_3456; width * height];
+        draw(
+            &mut Canvas { words: &mut words, width, height },
+            &overlay,
+            &panel,
+            &[],
+            &mut Corner::BottomLeft,
+        );
+        let (picture, list) = words.split_at(width * (height - panel.height));
+        assert!(picture.iter().all(|w| *w == 0x0012_3456) && list.iter().all(|w| *w != 0x0012_3456));
+        assert!(list.contains(&word(fbptr_core::draw2d::look::TEXT)));
     }
 
     #[test]
@@ -266,7 +353,12 @@ mod tests {
         let text = |zoom: Option<Zoom>| {
             let mut words = vec![0; width * height];
             let overlay = Overlay { top: top.clone(), zoom, ..Overlay::default() };
-            draw(&mut Canvas { words: &mut words, width, height }, &overlay, &[], &mut Corner::BottomLeft);
+            draw_all(
+                &mut Canvas { words: &mut words, width, height },
+                &overlay,
+                &[],
+                &mut Corner::BottomLeft,
+            );
             let [w, h] = box_size(&top, 2);
             let inside = |i: &usize| (i % width) < EDGE + w && i / width < EDGE + h;
             (0..words.len()).filter(inside).map(|i| words[i]).collect::<Vec<u32>>()
@@ -286,12 +378,12 @@ mod tests {
             words[rows.start * width..rows.end * width].contains(&word(fbptr_core::draw2d::look::TEXT))
         };
         let (mut blank, mut corner) = (vec![0; width * height], Corner::BottomLeft);
-        draw(&mut Canvas { words: &mut blank, width, height }, &overlay, &[], &mut corner);
+        draw_all(&mut Canvas { words: &mut blank, width, height }, &overlay, &[], &mut corner);
         assert!(lit(&blank, 70..100) && !lit(&blank, 0..70));
         // Grey stripes over the entire foot of the picture.
         let word = |i: usize| if i / width > 80 { (i as u32 % 2) * 0x0080_8080 } else { 0 };
         let mut captioned: Vec<u32> = (0..width * height).map(word).collect();
-        draw(&mut Canvas { words: &mut captioned, width, height }, &overlay, &[], &mut corner);
+        draw_all(&mut Canvas { words: &mut captioned, width, height }, &overlay, &[], &mut corner);
         assert!(lit(&captioned, 0..30) && !lit(&captioned, 70..100));
         assert!(
             captioned[81 * width..].iter().enumerate().all(|(i, w)| *w == word(81 * width + i)),
@@ -319,10 +411,10 @@ mod tests {
                 let mut words = vec![0; width * height];
                 let mut canvas = Canvas { words: &mut words, width, height };
                 let alone = Overlay { bottom: Vec::new(), ..overlay.clone() };
-                draw(&mut canvas, &alone, &captions, &mut Corner::BottomLeft);
+                draw_all(&mut canvas, &alone, &captions, &mut Corner::BottomLeft);
                 let before = words.clone();
                 let mut canvas = Canvas { words: &mut words, width, height };
-                draw(&mut canvas, &overlay, &captions, &mut Corner::BottomLeft);
+                draw_all(&mut canvas, &overlay, &captions, &mut Corner::BottomLeft);
                 sizes_without += usize::from(words == before);
                 for [left, top, right, bottom] in captions {
                     for y in top..bottom {
@@ -346,18 +438,15 @@ mod tests {
         for (width, height) in [(1, 1), (30, 20), (64, 48), (200, 90), (640, 480)] {
             for belongs_left in [false, true] {
                 let overlay = Overlay {
-                    top: help_lines(true),
+                    list: help_lines(true),
+                    top: vec!["10.0 frames/s".into()],
                     bottom: vec!["a status line of some length".into()],
                     zoom: Some(zoom(belongs_left)),
                     captions: Vec::new(),
                 };
                 let mut words = vec![0x0012_3456; width * height];
-                draw(
-                    &mut Canvas { words: &mut words, width, height },
-                    &overlay,
-                    &[],
-                    &mut Corner::BottomLeft,
-                );
+                let mut canvas = Canvas { words: &mut words, width, height };
+                draw_all(&mut canvas, &overlay, &[], &mut Corner::BottomLeft);
                 assert!(width < 30 || words.iter().any(|&w| w != 0x0012_3456));
             }
         }

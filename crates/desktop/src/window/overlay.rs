@@ -96,6 +96,11 @@ pub fn draw_box(canvas: &mut Canvas<'_>, at: [usize; 2], lines: &[String], scale
             *word = (*word >> 2) & 0x003f_3f3f;
         }
     }
+    draw_lines(canvas, at, lines, scale);
+}
+
+/// Draws the letters of `lines` as in a box whose upper left corner is `at`, clipped to the canvas.
+pub fn draw_lines(canvas: &mut Canvas<'_>, at: [usize; 2], lines: &[String], scale: usize) {
     for (i, line) in lines.iter().enumerate() {
         let y = at[1] + (MARGIN + i * (CELL + 2)) * scale;
         for (j, c) in line.chars().enumerate() {

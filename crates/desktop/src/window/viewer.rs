@@ -6,7 +6,7 @@
 //! drawn, so no tap is lost however long a picture takes.
 
 use super::fullscreen::Fullscreen;
-use super::hud;
+use super::hud::{self, ListPanel};
 use super::layout::Scaling;
 use super::look::ScreenLook;
 use super::overlay::{Canvas, Corner};
@@ -177,8 +177,13 @@ impl FrameOnScreen {
         }
     }
 
+    /// Returns the layout of the frame above the list, if one is shown. Where whole factors leave no
+    /// room beside the list, the frame is reduced smoothly.
     fn layout(&self, size: [usize; 2]) -> Layout {
-        self.look.layout(self.frame, size, self.scaling)
+        let height = size[1].saturating_sub(ListPanel::new(&self.overlay.list, size).height);
+        let is_reduced = self.look.natural_size(self.frame)[1] > height && !self.overlay.list.is_empty();
+        let scaling = if is_reduced { Scaling::Smooth } else { self.scaling };
+        Layout { window: size, ..self.look.layout(self.frame, [size[0], height], scaling) }
     }
 
     fn toggle_scaling(&mut self) {
@@ -211,14 +216,15 @@ impl FrameOnScreen {
         if is_same {
             return None;
         }
+        (self.size, self.overlay) = (size, overlay);
         self.words.clear();
         self.words.resize(size[0] * size[1], 0);
         let layout = self.layout(size);
         self.look.convert(viewer.shown().bytes(), &layout, 0..self.frame[1], &mut self.words);
         let mut canvas = Canvas { words: &mut self.words, width: size[0], height: size[1] };
-        let captions = overlay.captions.iter().map(|&c| layout.window_rectangle(c)).collect::<Vec<_>>();
-        hud::draw(&mut canvas, &overlay, &captions, &mut self.corner);
-        (self.size, self.overlay) = (size, overlay);
+        let captions = self.overlay.captions.iter().map(|&c| layout.window_rectangle(c)).collect::<Vec<_>>();
+        let panel = ListPanel::new(&self.overlay.list, size);
+        hud::draw(&mut canvas, &self.overlay, &panel, &captions, &mut self.corner);
         Some(&self.words)
     }
 }

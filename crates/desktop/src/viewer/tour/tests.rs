@@ -125,9 +125,9 @@ fn keys_without_a_meaning_change_nothing_and_help_names_those_that_have_one() {
         press(&mut viewer, key);
         assert!(viewer.shown().bytes() == before, "{key:?}");
     }
-    assert!(viewer.overlay().top.is_empty());
+    assert!(viewer.overlay().list.is_empty());
     viewer.key(Key::F1, true);
-    let lines = viewer.overlay().top;
+    let lines = viewer.overlay().list;
     assert!(lines.iter().any(|line| line.starts_with("Right")) && lines.iter().all(|line| line.len() <= 36));
 }
 
