@@ -4,8 +4,8 @@ use crate::error::{Code, Fault};
 use crate::memory::{DepthFormat, DepthMemory, OverBudget, PickBuffer, VideoMemory};
 use crate::scene::{
     Camera, CameraError, Cull, FillStyle, Fog, Geometry, HiddenSurface, Interpolation, Light, LineStyle,
-    Material, Object, Sampling, Scene, ShadeMode, SurfaceMaps, Texture, TextureStages, TransparencyOrder,
-    Viewport,
+    Material, Object, PointShape, Sampling, Scene, ShadeMode, SurfaceMaps, Texture, TextureStages,
+    TransparencyOrder, Viewport,
 };
 use glam::{DMat4, DVec3};
 use std::error::Error;
@@ -72,6 +72,8 @@ pub struct DrawCall<'a> {
     pub line: LineStyle,
     /// Side of points in pixels; 0 is 1.
     pub point_size: u32,
+    /// Shape of points.
+    pub point_shape: PointShape,
     /// Fill style of faces.
     pub fill: FillStyle,
     /// Multitexturing stages, in place of `texture`.
@@ -107,6 +109,7 @@ impl<'a> DrawCall<'a> {
             fog: None,
             line: LineStyle::default(),
             point_size: 1,
+            point_shape: PointShape::default(),
             fill: FillStyle::default(),
             stages: None,
             maps: None,
@@ -139,6 +142,7 @@ impl<'a> DrawCall<'a> {
             fog: scene.fog,
             line: object.style.line,
             point_size: object.style.point_size,
+            point_shape: object.style.point_shape,
             fill: object.style.fill,
             stages: object.style.stages.as_deref(),
             maps: object.style.maps.as_deref(),

@@ -38,7 +38,7 @@ pub use modes::{Cull, Filter, HiddenSurface, Interpolation, Sampling, ShadeMode,
 pub use navigate::{Navigator, ProjectionChoice};
 pub use sky::{Band, Sky, SkyPictures};
 pub use stages::{MAX_STAGES, StageFunction, StageMode, StageSource, TextureStage, TextureStages};
-pub use style::{FillStyle, Filling, Hatch, LineKind, LineStyle, MAX_POINT_SIZE, Style};
+pub use style::{FillStyle, Filling, Hatch, LineKind, LineStyle, MAX_POINT_SIZE, PointShape, Style};
 pub(crate) use texture::FIXED_LEVELS;
 pub use texture::{FixedLevels, LevelTexels, MAX_TEXTURE_SIDE, Texture, TextureError};
 pub use view_overrides::{QualityUse, TextureUse, ViewOverrides, viewers_light};

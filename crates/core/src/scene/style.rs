@@ -23,6 +23,50 @@ pub struct Style {
     /// Side of its points in pixels, up to [`MAX_POINT_SIZE`]: squares about the pixel of the point,
     /// the larger half below and to the right. 0 and 1 are that pixel.
     pub point_size: u32,
+    /// Shape of its points.
+    pub point_shape: PointShape,
+}
+
+/// Shape of points.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum PointShape {
+    /// Squares of one size at every distance.
+    #[default]
+    Square,
+    /// Discs: of the pixels of the square, those whose centres are inside it. In perspective their
+    /// diameter is the point's size where the clip-space w is `at_w` and inversely proportional to
+    /// w elsewhere, rounded, at least a pixel.
+    Disc {
+        /// The w of points that have their own size.
+        at_w: f64,
+    },
+}
+
+impl PointShape {
+    /// Returns the side in pixels of a point of `size` at `w`, up to [`MAX_POINT_SIZE`].
+    pub fn side_at(self, size: u32, w: f64, is_parallel: bool) -> u32 {
+        let size = size.clamp(1, MAX_POINT_SIZE);
+        match self {
+            PointShape::Disc { at_w } if !is_parallel => {
+                // A quotient that is not a number becomes 0.
+                ((f64::from(size) * (at_w / w)).round() as u32).clamp(1, MAX_POINT_SIZE)
+            }
+            _ => size,
+        }
+    }
+
+    /// Returns whether the pixel `dx` to the right of the point's own and `dy` below belongs to a
+    /// point of `side` pixels, given that it belongs to the square.
+    pub fn covers(self, side: u32, [dx, dy]: [i64; 2]) -> bool {
+        let half_pixels = |d: i64| 2 * d - i64::from(side % 2 == 0);
+        let [x, y, n] = [half_pixels(dx), half_pixels(dy), i64::from(side)];
+        self == PointShape::Square || x * x + y * y <= n * n
+    }
+
+    /// Returns the largest side that a point of `size` can have.
+    pub fn largest_side(self, size: u32) -> u32 {
+        if self == PointShape::Square { size.clamp(1, MAX_POINT_SIZE) } else { MAX_POINT_SIZE }
+    }
 }
 
 /// Largest side of a point in pixels.
@@ -31,7 +75,8 @@ pub const MAX_POINT_SIZE: u32 = 64;
 impl PartialEq for Style {
     /// Compares stages and maps by identity, not by value.
     fn eq(&self, other: &Self) -> bool {
-        (self.line, self.fill, self.point_size) == (other.line, other.fill, other.point_size)
+        (self.line, self.fill) == (other.line, other.fill)
+            && (self.point_size, self.point_shape) == (other.point_size, other.point_shape)
             && is_same(&self.stages, &other.stages)
             && is_same(&self.maps, &other.maps)
     }
@@ -185,6 +230,26 @@ mod tests {
             assert!(kind.is_on(16, 1) && kind.is_on(16_000_000_000_000, 1));
         }
         assert_eq!(drawn(LineKind::Dotted, 2), "##......##......##......##......");
+    }
+
+    #[test]
+    fn a_disc_is_round_and_shrinks_with_distance() {
+        let disc = PointShape::Disc { at_w: 4.0 };
+        let rows = |side: u32| -> Vec<String> {
+            let n = i64::from(side);
+            let around = -((n - 1) / 2)..=n / 2;
+            let row =
+                |dy| around.clone().map(|dx| if disc.covers(side, [dx, dy]) { '#' } else { '.' }).collect();
+            around.clone().map(row).collect()
+        };
+        assert_eq!(rows(1), ["#"]);
+        assert_eq!(rows(2), ["##", "##"]);
+        assert_eq!(rows(4), [".##.", "####", "####", ".##."]);
+        assert_eq!(rows(5), [".###.", "#####", "#####", "#####", ".###."]);
+        let sides = [1.0, 2.0, 4.0, 8.0, 100.0, f64::INFINITY].map(|w| disc.side_at(6, w, false));
+        assert_eq!(sides, [24, 12, 6, 3, 1, 1]);
+        assert_eq!([disc.side_at(6, 1e-300, false), disc.side_at(6, 1.0, true)], [MAX_POINT_SIZE, 6]);
+        assert_eq!(PointShape::Square.side_at(0, 9.0, false), 1);
     }
 
     #[test]

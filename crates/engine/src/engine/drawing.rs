@@ -12,8 +12,8 @@ use fbptr_core::pipeline::{
     ClipTransform, CoverageBound, DrawCall, DrawStats, NdcBox, PipelineError, Renderer, SceneOptions, Target,
 };
 use fbptr_core::scene::{
-    Camera, Cull, FillStyle, Filter, Geometry, HiddenSurface, Interpolation, Light, MAX_POINT_SIZE, Material,
-    Sampling, Scene, ShadeMode, Texture, Viewport,
+    Camera, Cull, FillStyle, Filter, Geometry, HiddenSurface, Interpolation, Light, Material, Sampling,
+    Scene, ShadeMode, Texture, Viewport,
 };
 use glam::{DMat4, DVec3};
 use std::fmt;
@@ -288,7 +288,7 @@ fn covered_pixels(call: &DrawCall, frame: u64, most: u64, ndc_box: Option<NdcBox
     let width = u64::from(call.line.width.max(1));
     let line = ((view[0].max(view[1]) as u64).min(frame)).saturating_mul(width).min(viewport_area);
     let lines = ((mesh.lines.len() + edges) as u64).saturating_mul(line);
-    let square = u64::from(call.point_size.clamp(1, MAX_POINT_SIZE)).pow(2);
+    let square = u64::from(call.point_shape.largest_side(call.point_size)).pow(2);
     let lines = lines.saturating_add((square - 1).saturating_mul(mesh.points.len() as u64));
     let faces = mesh.triangles.len();
     // Each face covers at most what all of them do, which is little in most draws.

@@ -21,9 +21,7 @@ use crate::pipeline::plan::Part;
 use crate::pipeline::plane_equation::FacePlane;
 use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::shade::visibility;
-use crate::scene::{
-    Corner, HiddenSurface, LightingModel, LineKind, LineStyle, MAX_POINT_SIZE, Material, Mesh,
-};
+use crate::scene::{Corner, HiddenSurface, LightingModel, LineKind, LineStyle, Material, Mesh};
 use glam::{DVec3, DVec4};
 use std::collections::HashMap;
 
@@ -170,10 +168,11 @@ impl PreparedDraw<'_> {
         }
     }
 
-    /// Draws the mesh's points, each as a square of one depth.
+    /// Draws the mesh's points, each as a square or a disc of one depth.
     pub fn draw_points(&self, target: &mut Target, stats: &mut DrawStats) {
         let mesh = &self.call.geometry.mesh;
-        let size = i64::from(self.call.point_size.clamp(1, MAX_POINT_SIZE));
+        let is_parallel = self.assembler.transform.camera.is_parallel;
+        let (size, shape) = (self.call.point_size, self.call.point_shape);
         for (i, &c) in mesh.points.iter().enumerate() {
             if self.is_cancelled_at(i) {
                 return;
@@ -186,8 +185,10 @@ impl PreparedDraw<'_> {
                 let [x, y] = self.pixel(v.pos_clip);
                 let w = v.pos_clip.w;
                 let point = LinePixel { x, y, z: v.pos_clip.z / w, complement: v.varyings[0] / w };
-                let around = -((size - 1) / 2)..=size / 2;
-                for [dx, dy] in around.clone().flat_map(|dy| around.clone().map(move |dx| [dx, dy])) {
+                let side = shape.side_at(size, w, is_parallel);
+                let around = -((i64::from(side) - 1) / 2)..=i64::from(side) / 2;
+                let square = around.clone().flat_map(|dy| around.clone().map(move |dx| [dx, dy]));
+                for [dx, dy] in square.filter(|at| shape.covers(side, *at)) {
                     let pixel = LinePixel { x: x + dx, y: y + dy, ..point };
                     self.put(pixel, &v.varyings, material, DepthRule::Strict, target, stats);
                 }

@@ -21,7 +21,7 @@ pub(super) use jitter::{SUBFRAMES, shifted};
 
 use fbptr_core::draw2d::look::PAPER;
 use fbptr_core::memory::{Rgba, VideoMemory};
-use fbptr_core::scene::{Camera, Light, Material, Object, Scene};
+use fbptr_core::scene::{Camera, Light, Material, Object, PointShape, Scene};
 use glam::DVec3;
 
 /// Colour of the gradient at the top of the frame: the paper of docs/look.md.
@@ -55,15 +55,24 @@ pub(super) fn light(scene: &mut Scene, camera: &Camera) {
 /// Sides in pixels between which the studio's points are.
 const POINT_SIDES: [f64; 2] = [2.0, 6.0];
 
-/// Enlarges points of one pixel, so that a cloud is seen as a surface: squares that would cover a
-/// sixth of a frame of `size` between them, of 2 to 6 pixels a side. Points that have a size keep it.
+/// Enlarges points of one pixel, so that a cloud is seen as a surface: discs that would cover a
+/// sixth of a frame of `size` between them, of 2 to 6 pixels at the middle of the scene, larger before
+/// it and smaller behind. Points that have a size keep it.
 pub(super) fn enlarge_points(scene: &mut Scene, size: [u32; 2]) {
     let is_dot = |object: &Object| object.style.point_size <= 1 && !object.geometry.mesh.points.is_empty();
     let count: usize = scene.objects.iter().filter(|o| is_dot(o)).map(|o| o.geometry.mesh.points.len()).sum();
     let area = f64::from(size[0]) * f64::from(size[1]) / 6.0;
     let [least, most] = POINT_SIDES;
     let side = (area / count.max(1) as f64).sqrt().round().clamp(least, most) as u32;
-    scene.objects.iter_mut().filter(|o| is_dot(o)).for_each(|o| o.style.point_size = side);
+    let (Some(camera), Some((low, high))) = (scene.camera, scene.bounds()) else { return };
+    let Ok(matrices) = camera.matrices(f64::from(size[0]) / f64::from(size[1])) else { return };
+    let middle = matrices.projection * matrices.view * ((low + high) / 2.0).extend(1.0);
+    // An eye inside a cloud sees its middle nowhere near.
+    let at_w = if middle.w > matrices.w_near { middle.w } else { low.distance(high) / 2.0 };
+    for object in scene.objects.iter_mut().filter(|o| is_dot(o)) {
+        object.style.point_size = side;
+        object.style.point_shape = PointShape::Disc { at_w };
+    }
 }
 
 /// Returns the material of a mesh that has none: ivory with a faint shine.

@@ -5,7 +5,7 @@ use super::generate::{self, Generator, SurfaceFrame};
 use super::geometry::{self, Built, ColorUse, Fault, LeftOut, Stuff};
 use super::graph::{GraphView, NodeId};
 use super::stages;
-use fbptr_core::scene::{Camera, Geometry, Mesh, Object, Style};
+use fbptr_core::scene::{Camera, Geometry, Mesh, Object, PointShape, Style};
 use glam::{DMat4, DVec3};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -198,6 +198,7 @@ pub(super) fn object(
             stages,
             maps: None,
             point_size: stages::point_size(view, parts.appearance),
+            point_shape: PointShape::Square,
         },
     })
 }
