@@ -203,6 +203,11 @@ fn what_others_tolerate_is_left_out_with_one_warning() {
             2,
             "2:1: warning: USE \"b\" stands before its DEF in line 2, which is used",
         ),
+        (
+            "<OrientationInterpolator keyValue='0 1 0 0 0 1 0 3'/><Shape><Box/></Shape>".into(),
+            1,
+            "2:1: warning: <OrientationInterpolator> has no keys and sends nothing",
+        ),
         ("<Group USE='no'/><Shape><Box/></Shape>".into(), 1, "2:1: warning: USE \"no\" has no DEF, and was skipped"),
     ] {
         let document = parse(&format!("<X3D><Scene>\n{nodes}</Scene></X3D>")).unwrap_or_else(|e| panic!("{e}"));

@@ -256,7 +256,7 @@ fn interpolator(view: &GraphView, id: NodeId) -> Result<Option<String>, Fault> {
         "CoordinateInterpolator" | "NormalInterpolator" => {
             key.is_empty() || (values / tuple).is_multiple_of(key.len())
         }
-        _ => values == tuple * key.len(),
+        _ => key.is_empty() || values == tuple * key.len(),
     };
     if !is_right {
         let expected = format!("expected {tuple} numbers in keyValue for each of the {} keys", key.len());
