@@ -299,10 +299,13 @@ pub(super) fn parse_int(word: &[u8]) -> Option<i32> {
 /// Parses `[+-]?digits[.digits][e[+-]digits]`, finite once rounded to f64. `inf`, `nan`, hex and
 /// `_` are refused.
 pub(super) fn parse_real(word: &[u8]) -> Option<f64> {
-    let unsigned = match word {
-        [b'+' | b'-', rest @ ..] => rest,
-        rest => rest,
+    let (is_negative, unsigned) = match word {
+        [sign @ (b'+' | b'-'), rest @ ..] => (*sign == b'-', rest),
+        rest => (false, rest),
     };
+    if let Some(n) = short_decimal(unsigned) {
+        return Some(if is_negative { -n } else { n });
+    }
     // Rules out the `inf` and `nan` that Rust's own grammar accepts.
     if !matches!(unsigned.first(), Some(b'0'..=b'9' | b'.')) {
         return None;
@@ -310,9 +313,59 @@ pub(super) fn parse_real(word: &[u8]) -> Option<f64> {
     std::str::from_utf8(word).ok()?.parse().ok().filter(|n: &f64| n.is_finite())
 }
 
+/// Parses `digits[.digits]` of up to 15 digits; `None` for every other word. Exact: the digits and the
+/// power of ten are both f64 numbers, so that one division rounds correctly (Clinger, "How to Read
+/// Floating Point Numbers Accurately", 1990).
+fn short_decimal(word: &[u8]) -> Option<f64> {
+    if word.is_empty() || word.len() > 16 {
+        return None;
+    }
+    let (mut digits, mut count, mut point) = (0_u64, 0_usize, None);
+    for (i, byte) in word.iter().enumerate() {
+        match byte.wrapping_sub(b'0') {
+            digit @ 0..=9 => {
+                digits = digits * 10 + u64::from(digit);
+                count += 1;
+            }
+            _ if *byte == b'.' && point.is_none() => point = Some(i),
+            _ => return None,
+        }
+    }
+    match point {
+        _ if count == 0 || count > 15 => None,
+        None => Some(digits as f64),
+        Some(point) => Some(digits as f64 / POWERS_OF_TEN[word.len() - 1 - point]),
+    }
+}
+
+/// 10^0 to 10^15.
+const POWERS_OF_TEN: [f64; 16] =
+    [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn short_decimals_are_the_numbers_of_the_standard_library() {
+        let mut seed = 7_u64;
+        let mut next = |below: u64| {
+            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (seed >> 33) % below
+        };
+        for _ in 0..20_000 {
+            let count = 1 + next(18) as usize;
+            let mut word: String = (0..count).map(|_| char::from(b'0' + next(10) as u8)).collect();
+            if next(3) > 0 {
+                word.insert(next(count as u64 + 1) as usize, '.');
+            }
+            let expected: f64 = word.parse().unwrap();
+            assert_eq!(parse_real(word.as_bytes()).map(f64::to_bits), Some(expected.to_bits()), "{word}");
+            let short = short_decimal(word.as_bytes());
+            assert!(short.is_none_or(|n| n.to_bits() == expected.to_bits()), "{word}");
+            assert_eq!(short.is_some(), count <= 15, "{word}");
+        }
+    }
 
     #[test]
     fn whole_numbers_are_signed_digits_in_i32_and_nothing_else() {
