@@ -2,7 +2,7 @@
 """Draws the ratios of docs/speed.md's tables as a stream of fbptr's own commands.
 
     python3 benches/peers/ratios.py > target/ratios.fbs
-    fbptr play target/ratios.fbs --headless --snap docs/pictures/speed_ratios.png
+    fbptr play target/ratios.fbs --headless --snap docs/pictures/speed/ratios.png
 
 Reads each row whose cell is "R (LOW to HIGH)" in the first such column of the tables "Two
 dimensions" and "Three dimensions" (by AVX-512, then by AVX2). The bar ends at R, the thin line goes

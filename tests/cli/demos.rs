@@ -128,6 +128,7 @@ fn every_demo_is_in_the_gallery_and_every_picture_is_of_something_that_is_tested
     let mut demos: Vec<String> = GALLERY.iter().map(|(name, _)| (*name).to_owned()).collect();
     demos.sort();
     assert_eq!(names("demos", ".rs"), demos);
+    demos.extend(STREAMS.map(str::to_owned));
     demos.push("tour".to_owned());
     demos.sort();
     assert_eq!(names("docs/pictures", ".png"), demos);
@@ -137,6 +138,21 @@ fn every_demo_is_in_the_gallery_and_every_picture_is_of_something_that_is_tested
     }
     for (name, frames) in GALLERY {
         let command = format!("cargo run --release --example {name} -- --headless --frames {frames}");
+        assert!(page.contains(&command), "docs/gallery.md does not say {command:?}");
+    }
+}
+
+/// Streams of the gallery that are one picture.
+const STREAMS: [&str; 2] = ["projections", "view_volume"];
+
+#[test]
+fn the_streams_of_the_gallery_draw_its_pictures_without_a_word() {
+    let page = std::fs::read_to_string(root().join("docs/gallery.md")).expect("there is a page");
+    for name in STREAMS {
+        let (picture, output) = play(&root().join(format!("demos/{name}.fbs")), name);
+        assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
+        assert_golden(&picture, gallery_file(name), Tolerance::EXACT);
+        let command = format!("cargo run --release -- play demos/{name}.fbs --headless --snap {name}.png");
         assert!(page.contains(&command), "docs/gallery.md does not say {command:?}");
     }
 }

@@ -17,7 +17,9 @@ use super::draw_call::{Backend, DrawCall, DrawStats, PipelineError, SceneOptions
 use super::light::{LightTerm, SurfacePoint};
 use super::path_plan::add_path;
 use super::prepared_draw::PreparedDraw;
+use super::sampler::Footprint;
 use super::scene::calls_of;
+use crate::math::projection::ViewingTransformation;
 use crate::memory::{DepthFormat, FbPtr, MemoryError, Rgba, VideoMemory};
 use crate::scene::{CameraMatrices, Material, Scene, ShadeMode};
 use collect::{follow, middle_pixel, seen_at};
@@ -141,7 +143,9 @@ pub(crate) struct Texel {
     pub uv: DVec2,
     /// Width and height of level 0 in texels.
     pub size: [u32; 2],
-    /// Level of detail D, not clamped.
+    /// Distance to the pixel on the right and to the one below, and D, the level of detail that
+    /// follows, not clamped.
+    pub footprint: Footprint,
     pub level: f64,
     /// R, G, B, A in 0..1.
     pub color: [f64; 4],
@@ -194,6 +198,10 @@ pub struct Trace {
     pub model: DMat4,
     /// World to view to clip space.
     pub camera: CameraMatrices,
+    /// The matrices A, B, C, D and P of source 000, if the camera is a viewing transformation.
+    pub viewing: Option<ViewingTransformation>,
+    /// NDC to pixels: M2.
+    pub to_screen: DMat4,
     /// Width and height of the frame in pixels.
     pub frame: [u32; 2],
     /// Shading mode.
@@ -217,6 +225,23 @@ pub struct Trace {
     pub pixel: Option<PixelTrace>,
     /// Values of the tile renderer.
     pub fast: Option<FastTrace>,
+}
+
+impl Trace {
+    /// Returns M1, world to clip space: P D C B A of a viewing transformation, otherwise the product
+    /// of projection and view.
+    pub fn m1(&self) -> DMat4 {
+        self.viewing.map_or_else(|| self.camera.projection * self.camera.view, |t| t.m1())
+    }
+
+    /// Returns A, B, C and D of the face's plane in eye space, Ax + By + Cz + D = 0, where the eye is
+    /// the origin: it is in front of the face where D is above 0. (A, B, C) is not normalized. `None`
+    /// for parallel projections, whose eye is at no point.
+    pub fn eye_plane(&self) -> Option<DVec4> {
+        let [a, b, c] = [0, 1, 2].map(|i| self.corners[i].view);
+        let normal = (b - a).cross(c - a);
+        (!self.camera.is_parallel).then(|| normal.extend(-normal.dot(a)))
+    }
 }
 
 /// Traces one triangle or pixel of a scene, as [`super::draw_scene`] would draw it into a frame of

@@ -179,17 +179,29 @@ impl Camera {
                 let wider = matrix::scale(DVec3::new(k, k, 1.0));
                 self.parallel_matrices(view, parallel(window, near, far)? * wider, DVec3::Z, near, far)
             }
-            Projection::Window { vrp, p, vup, center, half, dp, near, far } => {
-                check("window distance", dp, dp > 0.0)?;
-                check("window half width", half[0], half[0] > 0.0)?;
-                check("window half height", half[1], half[1] > 0.0)?;
-                check("window centre", center[0] + center[1], true)?;
-                check_depth(near, far, 0.0)?;
-                let axes = window_axes(vrp, p, vup)?;
-                let t = ViewingTransformation::new(vrp, axes, center, half, dp, [near, far]);
-                Ok(window_matrices(&t, vrp, -axes[2], near, far))
+            Projection::Window { vrp, near, far, .. } => {
+                let t = self.viewing_transformation()?.expect("the projection is a window");
+                Ok(window_matrices(&t, vrp, -t.b.row(2).truncate(), near, far))
             }
         }
+    }
+
+    /// Returns the matrices A, B, C, D and P of a viewing transformation (source 000); `None` for
+    /// other projections.
+    ///
+    /// # Errors
+    /// If the view has no direction, or the window no area or depth.
+    pub fn viewing_transformation(&self) -> Result<Option<ViewingTransformation>, CameraError> {
+        let Projection::Window { vrp, p, vup, center, half, dp, near, far } = self.projection else {
+            return Ok(None);
+        };
+        check("window distance", dp, dp > 0.0)?;
+        check("window half width", half[0], half[0] > 0.0)?;
+        check("window half height", half[1], half[1] > 0.0)?;
+        check("window centre", center[0] + center[1], true)?;
+        check_depth(near, far, 0.0)?;
+        let axes = window_axes(vrp, p, vup)?;
+        Ok(Some(ViewingTransformation::new(vrp, axes, center, half, dp, [near, far])))
     }
 
     /// Returns the shear of an oblique projection about the plane through the reference point, so

@@ -16,7 +16,7 @@ use crate::pipeline::sampler::sample;
 use crate::pipeline::scene::drawing_order;
 use crate::pipeline::shade::{FaceShade, ShadingFrequency, uv_from_first};
 use crate::scene::{Interpolation, ShadeMode};
-use glam::DVec2;
+use glam::{DMat4, DVec2, DVec3};
 
 /// Returns the covered pixel nearest to the centroid of the covered ones.
 pub(super) fn middle_pixel(p: &PreparedDraw, triangle: u32) -> Option<[i32; 2]> {
@@ -91,6 +91,12 @@ fn covers(p: &PreparedDraw, face: &Face, [x, y]: [i32; 2]) -> bool {
     is_inside && is_covered
 }
 
+/// Returns the matrix from NDC to pixels: pixel = origin + NDC * half extents.
+fn to_screen((origin, half): ([f64; 2], [f64; 2])) -> DMat4 {
+    let scaled = DMat4::from_scale(DVec3::new(half[0], half[1], 1.0));
+    DMat4::from_translation(DVec3::new(origin[0], origin[1], 0.0)) * scaled
+}
+
 /// Collects the values of one triangle, and of pixel `at` if given.
 pub(super) fn follow(
     p: &PreparedDraw,
@@ -148,6 +154,8 @@ pub(super) fn follow(
         triangle: (triangle, polygon_number as u32),
         model: p.call.model,
         camera,
+        viewing: p.call.camera.viewing_transformation().ok().flatten(),
+        to_screen: to_screen(p.transform().screen.map()),
         frame: size,
         shade: p.call.shade,
         corners: [corner(0), corner(1), corner(2)],
@@ -200,9 +208,11 @@ fn pixel(
     }
     let texel = shade.texture.map(|(texture, sampling, uv)| {
         let here = uv[0] + uv_from_first(&uv, barycentrics);
-        let level = footprint(&uv).level(texture.width(), texture.height());
+        let footprint = footprint(&uv);
+        let level = footprint.level(texture.width(), texture.height());
         Texel {
             uv: here,
+            footprint,
             size: [texture.width(), texture.height()],
             level,
             color: sample(texture, sampling, here, || level),

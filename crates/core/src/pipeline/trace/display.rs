@@ -1,8 +1,9 @@
 //! Text form of a trace: stage by stage, each number in full precision.
 
-use super::{CornerTrace, FastTrace, LitAt, PixelTrace, Trace};
+use super::{CornerTrace, FastTrace, LitAt, PixelTrace, Texel, Trace};
+use crate::pipeline::sampler::Footprint;
 use crate::scene::LightingModel;
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DMat4, DVec2, DVec3, DVec4};
 use std::fmt::{self, Display, Formatter};
 
 /// Numbers in parentheses, each in full f64 precision.
@@ -63,6 +64,13 @@ impl Display for Trace {
         matrix(f, "model", self.model)?;
         matrix(f, "view", self.camera.view)?;
         matrix(f, "projection", self.camera.projection)?;
+        if let Some(t) = &self.viewing {
+            for (name, m) in [("A", t.a), ("B", t.b), ("C", t.c), ("D", t.d), ("P", t.p)] {
+                matrix(f, name, m)?;
+            }
+        }
+        matrix(f, "M1 (clip)", self.m1())?;
+        matrix(f, "M2 (screen)", self.to_screen)?;
         for (i, corner) in self.corners.iter().enumerate() {
             write_corner(f, i, corner)?;
         }
@@ -83,6 +91,14 @@ impl Display for Trace {
         }
         writeln!(f, "  verdict     {}", self.verdict)?;
         writeln!(f, "  normal      {}", Numbers(&v3(self.face_normal)))?;
+        if let Some(plane) = self.eye_plane() {
+            let side = match plane.w {
+                d if d > 0.0 => "D > 0: the eye is in front of it",
+                d if d < 0.0 => "D < 0: the eye is behind it",
+                _ => "D = 0: the eye is in it",
+            };
+            writeln!(f, "  A, B, C, D  {} of its plane in eye space; {side}", Numbers(&v4(plane)))?;
+        }
         let m = &self.material;
         writeln!(f, "  material    Ka {} Kd {}", Numbers(&v3(m.ka)), Numbers(&v3(m.kd)))?;
         write!(f, "              Ks {} n ", Numbers(&v3(m.ks)))?;
@@ -155,6 +171,7 @@ fn write_pixel(f: &mut Formatter<'_>, p: &PixelTrace, trace: &Trace) -> fmt::Res
         write!(f, "  texture     {}x{} at {}, level ", t.size[0], t.size[1], Numbers(&[t.uv.x, t.uv.y]))?;
         number(f, t.level)?;
         writeln!(f, ": {}", Numbers(&t.color))?;
+        write_footprint(f, t)?;
     }
     writeln!(f, "  colour      {}", Numbers(&v3(p.color)))?;
     if p.opacity < 1.0 {
@@ -165,6 +182,18 @@ fn write_pixel(f: &mut Formatter<'_>, p: &PixelTrace, trace: &Trace) -> fmt::Res
     let [r, g, b, a] = p.bytes;
     let place = p.offset.map_or("off the frame".to_owned(), |o| o.to_string());
     writeln!(f, "  bytes       {r} {g} {b} {a} = #{r:02x}{g:02x}{b:02x} at {place}")
+}
+
+/// Writes the derivatives that the level follows from.
+fn write_footprint(f: &mut Formatter<'_>, t: &Texel) -> fmt::Result {
+    let Footprint::Steps(right, down) = t.footprint else {
+        return writeln!(f, "    steps     a neighbour lies beyond the horizon of the face's plane");
+    };
+    let size = DVec2::new(t.size[0].into(), t.size[1].into());
+    let steps = [right, down].map(|step| Numbers(&[step.x, step.y]).to_string());
+    writeln!(f, "    steps     {} to the right, {} down, in u, v", steps[0], steps[1])?;
+    let lengths = [right, down].map(|step| (step * size).length());
+    writeln!(f, "    texels    {} long: D = log2 of the longer", Numbers(&lengths))
 }
 
 fn write_light(f: &mut Formatter<'_>, lit: &LitAt, trace: &Trace) -> fmt::Result {

@@ -289,6 +289,51 @@ fn a_triangle_is_followed_at_the_middle_of_its_pixels() {
 }
 
 #[test]
+fn the_matrices_of_notes_000_are_printed_and_the_sign_of_d_is_the_side() {
+    // The first camera of the golden example `seed000_viewing_transformation`.
+    let projection = Projection::Window {
+        vrp: DVec3::new(0.0, 0.0, -10.0),
+        p: DVec3::ZERO,
+        vup: DVec3::Y,
+        center: [0.0; 2],
+        half: [4.0, 3.0],
+        dp: 8.0,
+        near: 4.0,
+        far: 20.0,
+    };
+    let corners = [DVec3::new(-1.0, -1.0, -1.0), DVec3::new(-1.0, 1.0, -1.0), DVec3::new(1.0, -1.0, -1.0)];
+    let mesh = Geometry {
+        mesh: Mesh::from_triangles(corners.to_vec(), &[[0, 1, 2], [0, 2, 1]]),
+        ..Default::default()
+    };
+    let material = Material::default();
+    let mut call = DrawCall::new(&mesh, &material, 640, 480);
+    call.camera.projection = projection;
+    let trace = |face| trace_draw(&call, [640, 480], DepthFormat::F32, Probe::Triangle(face)).unwrap();
+    let [front, back] = [trace(0), trace(1)];
+    let text = front.to_string();
+    for rows in [
+        "A           (1, 0, 0, 0)\n              (0, 1, 0, 0)\n              (0, 0, 1, 10)",
+        "B           (-1, 0, 0, 0)",
+        "D           (0.1, 0, 0, 0)",
+        "P           (1, 0, 0, 0)\n              (0, 1, 0, 0)\n              (0, 0, 1.25, -0.25)",
+        "M1 (clip)   (-0.1, 0, 0, 0)",
+        "M2 (screen) (320, 0, 0, 320)\n              (0, -240, 0, 240)",
+    ] {
+        assert!(text.contains(rows), "{rows}\n{text}");
+    }
+    for corner in &front.corners {
+        let clip = front.m1() * corner.world.extend(1.0);
+        assert!((clip - corner.clip).abs().max_element() < 1e-15);
+        let screen = front.to_screen * (clip / clip.w);
+        assert!((screen.x - corner.screen[0]).abs() + (screen.y - corner.screen[1]).abs() < 1e-11);
+    }
+    assert_eq!(front.eye_plane().unwrap().w, -back.eye_plane().unwrap().w);
+    assert!(text.contains("D > 0: the eye is in front of it") == (front.verdict == "seen from its front"));
+    assert!(back.to_string().contains("D < 0: the eye is behind it") != text.contains("D < 0"));
+}
+
+#[test]
 fn corners_are_printed_in_clip_space_and_the_side_is_named() {
     let [a, b, c] = [dvec3(-1.0, -1.0, 0.0), dvec3(1.0, -1.0, 0.0), dvec3(0.0, 1.0, 0.0)];
     let behind = dvec3(0.0, 1.0, 9.0);
