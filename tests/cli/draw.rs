@@ -69,6 +69,24 @@ fn help_explains_a_verb_and_names_the_one_that_was_meant() {
 }
 
 #[test]
+fn the_last_command_is_stepped_through_and_stays() {
+    let folder = Folder::new("step");
+    let stepped = folder.draw("CLEAR navy\nBLEND over\nLINE 2 5 12 8 ffd70080\nstep 4\n\n\nCRC\nlist\n");
+    let plain = folder.draw("CLEAR navy\nBLEND over\nLINE 2 5 12 8 ffd70080\nCRC\nlist\n");
+    assert_eq!(stepped.status.code(), Some(0), "{}", out(&stepped));
+    let (steps, rest): (Vec<&str>, Vec<&str>) =
+        out(&stepped).lines().partition(|line| line.contains(" of 11: "));
+    assert_eq!(steps.len(), 11);
+    assert_eq!(steps[0].trim(), "1 of 11: (2, 5)  step 0, d -4");
+    assert_eq!(rest, out(&plain).lines().collect::<Vec<_>>());
+    // One that is left early is drawn to its end; one that draws nothing is refused.
+    let left = folder.draw("CLEAR navy\nBLEND over\nLINE 2 5 12 8 ffd70080\nstep\nq\nCRC\nlist\n");
+    assert_eq!(out(&left).lines().skip(1).collect::<Vec<_>>(), rest);
+    let nothing = folder.draw("step\nTRANSLATE 1 0 0\nstep\n");
+    assert_eq!(out(&nothing), "there is nothing to step through\nTRANSLATE 1 0 0 has changed no pixel\n");
+}
+
+#[test]
 fn what_is_done_again_is_as_it_was() {
     let folder = Folder::new("redo");
     let redone = folder.draw(&format!("{LINES}undo 4\nredo 2\nredo\nredo\nCRC\nlist\n"));

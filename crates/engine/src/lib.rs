@@ -24,7 +24,7 @@ pub mod surfaces;
 pub mod workers;
 
 pub use budget::{Budget, Pace};
-pub use engine::{Dialect, Effect, Engine, OutputState, OutputStatus, Status};
+pub use engine::{Dialect, Effect, Engine, OutputState, OutputStatus, Status, figure_numbers};
 pub use limits::Limits;
 pub use resources::{Resource, ResourceKind, ResourceTable};
 pub use session::{Audience, Session};

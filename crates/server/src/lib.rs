@@ -12,7 +12,7 @@
 pub use fbptr_engine::{
     Audience, Budget, CommandError, Dialect, Effect, Engine, Limits, Notice, Output, OutputState,
     OutputStatus, Pace, Resource, ResourceKind, ResourceTable, Session, Stats, Status, Stream, StreamState,
-    stated_size, worker_pool,
+    figure_numbers, stated_size, worker_pool,
 };
 
 mod admission;

@@ -6,10 +6,11 @@
 use crate::command::{Encoding, Payload, Verb};
 
 /// Words to the prompt itself: what is typed, and what it does.
-pub(super) const OWN_WORDS: [(&str, &str); 7] = [
+pub(super) const OWN_WORDS: [(&str, &str); 8] = [
     ("help [WORD]", "lists the commands, or explains one or a topic (3-D, colour)"),
     ("undo [N]", "takes back the last command, or the last N"),
     ("redo [N]", "does again what was taken back"),
+    ("step [N]", "draws the last command again by single pixels, or by N, with their numbers"),
     ("list", "shows the commands so far"),
     ("save FILE", "writes them as a stream, which `fbptr play FILE` draws again"),
     ("snap FILE", "writes the picture: .png, .ppm or .raw"),
@@ -27,6 +28,8 @@ pub(super) enum Typed<'a> {
     Undo(usize),
     /// `redo`, of so many commands.
     Redo(usize),
+    /// `step`, by so many pixels.
+    Step(usize),
     /// `list`.
     List,
     /// `save FILE`.
@@ -83,6 +86,7 @@ pub(super) fn parse(line: &str) -> Result<Typed<'_>, String> {
         "help" => Ok(Typed::Help(Some(rest))),
         "undo" => Ok(Typed::Undo(count(word, rest)?)),
         "redo" => Ok(Typed::Redo(count(word, rest)?)),
+        "step" => Ok(Typed::Step(count(word, rest)?)),
         "list" => alone(Typed::List),
         "save" => file().map(Typed::Save),
         // The verb SNAP asks for a folder of the server's, which the prompt does not have.
@@ -153,6 +157,7 @@ mod tests {
         assert_eq!(parse("UNDO"), Ok(Typed::Undo(1)));
         assert_eq!(parse("undo 3"), Ok(Typed::Undo(3)));
         assert_eq!(parse("redo 2"), Ok(Typed::Redo(2)));
+        assert_eq!(parse("step"), Ok(Typed::Step(1)));
         assert_eq!(parse("help line"), Ok(Typed::Help(Some("line"))));
         assert_eq!(parse("save my picture.fbs"), Ok(Typed::Save("my picture.fbs")));
         assert_eq!(parse("snap a.png"), Ok(Typed::Snap("a.png")));

@@ -9,6 +9,7 @@ mod file;
 mod line;
 mod prompt;
 mod session;
+mod step;
 mod teach;
 mod terminal;
 
@@ -253,12 +254,43 @@ fn obey(word: &Typed<'_>, session: &mut Session, prompt: &mut Prompt) -> Result<
                 return Err("there is nothing to redo".to_owned());
             }
         }
+        Typed::Step(count) => return step(session, prompt, *count),
         Typed::List => session.list().for_each(|line| output::print(format!("{line}\n"))),
         Typed::Save(file) => session.save(Path::new(file))?,
         Typed::Snap(file) => snap(session, Path::new(file))?,
         Typed::Nothing | Typed::Quit | Typed::Command(_) => {}
     }
     Ok(())
+}
+
+/// Draws the last command again, `count` pixels at each Enter, with the numbers of each; `q` draws the
+/// rest at once. Without a terminal each line that is read counts as Enter.
+fn step(session: &mut Session, prompt: &mut Prompt, count: usize) -> Result<(), String> {
+    let broken = |e: std::io::Error| format!("the render thread cannot be reached: {e}");
+    let after = session.picture()?;
+    let Some(line) = session.undo(1).map_err(broken)?.pop() else {
+        return Err("there is nothing to step through".to_owned());
+    };
+    let steps = step::steps(&line, &session.picture()?, &after);
+    let mut shown = 0;
+    for part in steps.chunks(count.max(1)) {
+        for (number, step) in (shown + 1..).zip(part) {
+            session.show(step.offset, step.color).map_err(broken)?;
+            output::print(format!("{number:>5} of {}: {}\n", steps.len(), step.text));
+        }
+        shown += part.len();
+        if shown < steps.len() {
+            match prompt.ask("Enter goes on, q draws the rest> ")? {
+                prompt::Typed::Line(line) if !line.trim().eq_ignore_ascii_case("q") => {}
+                _ => break,
+            }
+        }
+    }
+    session.redo(1).map_err(broken)?;
+    match steps.is_empty() {
+        true => Err(format!("{line} has changed no pixel")),
+        false => Ok(()),
+    }
 }
 
 /// Prints what may have been meant by a command.

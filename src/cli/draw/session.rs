@@ -5,7 +5,7 @@
 //! from the start.
 
 use super::connection::{Answers, Connection, Line};
-use crate::memory::{DepthFormat, VideoMemory};
+use crate::memory::{DepthFormat, Rgba, VideoMemory};
 use crate::server::Server;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -99,6 +99,14 @@ impl Session {
             self.steps.push(step);
         }
         Ok(count)
+    }
+
+    /// Sets one pixel of the frame by its offset. It is not listed, and gone with the next `undo`.
+    ///
+    /// # Errors
+    /// If the connection has ended.
+    pub fn show(&mut self, offset: usize, [r, g, b, a]: Rgba) -> io::Result<()> {
+        self.connection.exchange(format!("POKE {offset} {r:02x}{g:02x}{b:02x}{a:02x}\n").as_bytes()).map(drop)
     }
 
     /// Returns the commands so far, one line each; payloads are left out.

@@ -83,6 +83,7 @@ pub(crate) use pieces::Pieces;
 use quotas::Quotas;
 pub use request::Request;
 pub use status::{OutputState, OutputStatus, Status};
+pub use trace::figure_numbers;
 
 /// Action that the caller must take after a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

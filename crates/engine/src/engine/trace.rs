@@ -59,10 +59,20 @@ fn figure_at(figure: &Figure, size: [u32; 2], at: [i32; 2]) -> Option<String> {
     }
 }
 
+/// Returns the numbers, as text, of a command that draws a figure at a pixel of a frame of `size`;
+/// `None` for other commands, and where the figure does not draw the pixel. State of a session (`CLIP`,
+/// `TARGET`) is not regarded.
+pub fn figure_numbers(command: &Command, size: [u32; 2], at: [i32; 2]) -> Option<String> {
+    match command {
+        Command::Figure(figure) => figure_at(figure, size, at),
+        _ => None,
+    }
+}
+
 /// Returns the numbers of a request's figure at a pixel of a frame of `size` that it draws.
 fn numbers_at(request: &Request<'_>, size: [u32; 2], at: [i32; 2]) -> Option<String> {
     match request {
-        Request::Command(Command::Figure(figure)) => figure_at(figure, size, at),
+        Request::Command(command) => figure_numbers(command, size, at),
         Request::Lines(lines) => lines.iter().rev().find_map(|l| trace_line(l.p0, l.p1, l.color, at)),
         _ => None,
     }
