@@ -57,8 +57,9 @@ class Questions(_Base):
     def trace(self, x: Any = None, y: int | None = None, triangle: int | None = None) -> str:
         """Returns every number of the surface seen at pixel (x, y), from the corners of its triangle to
         its four bytes, as text; or of a triangle, counted from 0 through all draws since the last
-        clear. Where no 3-D draw of them gave the pixel its colour, the text says so, and ends with
-        the pixel's bytes.
+        clear. Where `line`, `lineaa`, `circle`, `fill` or `fillpoly` drew the pixel later, the text has
+        the numbers that decided it. Where none of them did, the text says so, and ends with the
+        pixel's bytes.
         """
         if y is None and x is not None:
             x, y = x

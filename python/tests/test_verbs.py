@@ -443,6 +443,8 @@ def test_traces_and_plans():
     assert "light pixels" in fb.explain()
     fb.clear()
     assert "no 3-D draw" in fb.trace(32, 24)
+    fb.line((0, 0), (63, 47), "red")
+    assert "line (0, 0) (63, 47)" in fb.trace(0, 0) and "decision" in fb.trace(0, 0)
 
 
 def test_batches_draw_what_their_verbs_draw():

@@ -1,13 +1,17 @@
-//! The log of draws: the 3-D draws that the frame shows, for questions that are asked afterwards.
+//! The log of draws: the 3-D draws that the frame shows and its latest figures, for questions that are
+//! asked afterwards.
 //!
-//! In: each `DRAW` and `DRAWSCENE` on the frame. Out: the numbers of a pixel or triangle, and the
-//! plans, of the draws since the last `CLEAR`. A logged draw holds its mesh and textures, so only
-//! programs that own the engine turn the log on, and its length is bounded.
+//! In: each `DRAW` and `DRAWSCENE` on the frame, and each figure that has numbers to trace. Out: the
+//! numbers of a pixel or triangle, and the plans, of the draws since the last `CLEAR`. A logged draw
+//! holds its mesh and textures, so only programs that own the engine turn the log on, and its length
+//! is bounded.
 
 use super::Engine;
 use super::drawing::Drawing;
-use super::trace::Tracing;
+use super::request::Request;
+use super::trace::{Tracing, figure_at};
 use crate::Session;
+use fbptr_command::{Command, Figure};
 use fbptr_core::pipeline::Plan;
 use fbptr_core::pipeline::trace::Probe;
 use std::collections::VecDeque;
@@ -19,6 +23,29 @@ pub(super) struct DrawLog {
     most: usize,
     /// Number of earlier draws that are no longer logged.
     dropped: u64,
+    /// The latest figures, each with the number of draws before it.
+    figures: VecDeque<(u64, Figure)>,
+}
+
+/// Most figures that are logged, and most corners of one.
+const MOST_FIGURES: usize = 4096;
+const MOST_CORNERS: usize = 256;
+
+impl DrawLog {
+    /// Logs a figure that has numbers to trace.
+    fn note(&mut self, figure: &Figure) {
+        let is_traced = match figure {
+            Figure::FillPoly { points, .. } => points.len() <= MOST_CORNERS,
+            Figure::Line { .. } | Figure::LineAa { .. } | Figure::Circle { .. } | Figure::Fill { .. } => true,
+            _ => false,
+        };
+        if is_traced {
+            if self.figures.len() >= MOST_FIGURES {
+                self.figures.pop_front();
+            }
+            self.figures.push_back((self.dropped + self.draws.len() as u64, figure.clone()));
+        }
+    }
 }
 
 impl fmt::Debug for DrawLog {
@@ -32,17 +59,42 @@ impl Engine {
     /// of all of it. Draws that are suspended (those of a `RenderThread`) are
     /// not logged.
     pub fn log_draws(&mut self, most: usize) {
-        self.rendering.draw_log = Some(DrawLog { draws: VecDeque::new(), most, dropped: 0 });
+        self.rendering.draw_log =
+            Some(DrawLog { draws: VecDeque::new(), most, dropped: 0, figures: VecDeque::new() });
     }
 
     /// Returns the numbers of a triangle, counted through the logged draws from 0, or of the surface
-    /// seen at a pixel, as text; `None` if no logged draw has the triangle or reached the pixel.
+    /// seen at a pixel, as text; `None` if no logged draw has the triangle or reached the pixel. Where a
+    /// figure drew the pixel later, its numbers, and the pixel as it is now.
     pub fn trace_logged(&self, probe: Probe) -> Option<String> {
-        let mut tracing = Tracing::new(probe);
-        for drawing in &self.rendering.draw_log.as_ref()?.draws {
-            tracing.follow(&self.framebuffer, drawing);
+        let log = self.rendering.draw_log.as_ref()?;
+        let traced = |skipped: usize| {
+            let mut tracing = Tracing::new(probe);
+            log.draws.iter().skip(skipped).for_each(|drawing| tracing.follow(&self.framebuffer, drawing));
+            tracing.into_found()
+        };
+        let Probe::Pixel(x, y) = probe else { return traced(0) };
+        let memory = &self.framebuffer.memory;
+        let numbers = |figure| figure_at(figure, [memory.width(), memory.height()], [x, y]);
+        let latest = log.figures.iter().rev().find_map(|(before, figure)| Some((*before, numbers(figure)?)));
+        let Some((before, numbers)) = latest else { return traced(0) };
+        traced(before.saturating_sub(log.dropped) as usize).or_else(|| {
+            let ([r, g, b, a], at) = (memory.get_pixel(x, y).ok()?, memory.offset_of(x.into(), y.into())?);
+            Some(format!("{numbers}now         {r} {g} {b} {a} = #{r:02x}{g:02x}{b:02x} at FBptr[{at}]\n"))
+        })
+    }
+
+    /// Logs the figures of a request on the frame, without a clip rectangle.
+    #[inline]
+    pub(super) fn log_figures(&mut self, s: &Session, request: &Request<'_>) {
+        let Some(log) = self.rendering.draw_log.as_mut().filter(|_| s.surfaces.are_plain()) else { return };
+        match request {
+            Request::Command(Command::Figure(figure)) => log.note(figure),
+            Request::Lines(lines) => lines
+                .iter()
+                .for_each(|line| log.note(&Figure::Line { p0: line.p0, p1: line.p1, color: line.color })),
+            _ => {}
         }
-        tracing.into_found()
     }
 
     /// Returns the plans of the logged draws, as text: the stages that run and the memories that
@@ -81,6 +133,7 @@ impl Engine {
     pub(super) fn clear_draw_log(&mut self, s: &Session) {
         if let Some(log) = self.rendering.draw_log.as_mut().filter(|_| s.surfaces.are_plain()) {
             log.draws.clear();
+            log.figures.clear();
             log.dropped = 0;
         }
     }
@@ -90,7 +143,6 @@ impl Engine {
 mod tests {
     use super::*;
     use crate::Audience;
-    use fbptr_command::Command;
 
     fn run(engine: &mut Engine, session: &mut Session, lines: &str) {
         for line in lines.lines() {
@@ -122,6 +174,29 @@ mod tests {
         assert!(engine.trace_logged(Probe::Pixel(32, 24)).expect("the ball").contains("ball"));
         run(&mut engine, &mut session, "CLEAR");
         assert_eq!(engine.trace_logged(Probe::Pixel(32, 24)), None);
+    }
+
+    #[test]
+    fn a_figure_is_traced_where_no_later_draw_covers_it() {
+        let mut engine = Engine::new(64, 48).unwrap();
+        let mut session = Session::new(1, Audience::Owner);
+        engine.log_draws(2);
+        run(
+            &mut engine,
+            &mut session,
+            "MESH ball SPHERE\nLINE 0 24 63 24 red\nDRAW ball\nCIRCLE 32 24 3 blue",
+        );
+        let text = |x, y| engine.trace_logged(Probe::Pixel(x, y)).unwrap_or_default();
+        assert!(text(1, 24).starts_with("line (0, 24) (63, 24), pixel (1, 24)"), "{}", text(1, 24));
+        assert!(
+            text(1, 24).ends_with("now         255 0 0 255 = #ff0000 at FBptr[6148]\n"),
+            "{}",
+            text(1, 24)
+        );
+        assert!(text(32, 24).contains("ball"));
+        assert!(text(32, 21).starts_with("circle of radius 3"));
+        run(&mut engine, &mut session, "CLEAR");
+        assert_eq!(engine.trace_logged(Probe::Pixel(1, 24)), None);
     }
 
     #[test]

@@ -48,7 +48,7 @@ fn is_inside(clip: Rect, [x, y]: [i32; 2]) -> bool {
 }
 
 /// Returns the numbers of a figure at a pixel of a frame of `size` that it draws.
-fn figure_at(figure: &Figure, size: [u32; 2], at: [i32; 2]) -> Option<String> {
+pub(super) fn figure_at(figure: &Figure, size: [u32; 2], at: [i32; 2]) -> Option<String> {
     match figure {
         Figure::Line { p0, p1, color } => trace_line(*p0, *p1, *color, at),
         Figure::LineAa { p0, p1, color } => trace_line_aa(size, [*p0, *p1], *color, at),
@@ -177,6 +177,7 @@ impl Engine {
         if let Some(tracing) = &mut self.rendering.tracing {
             tracing.note(s, &self.framebuffer.memory, request);
         }
+        self.log_figures(s, request);
     }
 
     /// Traces the probe in a draw that was just made.
