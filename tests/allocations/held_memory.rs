@@ -170,3 +170,28 @@ fn a_large_canvas_touches_none_of_its_pixels_when_it_is_made() {
         std::thread::sleep(Duration::from_millis(1));
     }
 }
+
+/// The numbers of the faces that PICK asks for.
+#[test]
+fn faces_are_numbered_only_where_depth_says_which_one_is_seen() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let pixels = 1200 * 900;
+    let mut engine = Engine::new(1200, 900).expect("a frame");
+    let mut stream = Stream::new(&engine, 1, Audience::Owner);
+    let mut growth = |commands: &str| {
+        let before = [engine.memory_budget().used() as isize, HELD.load(Relaxed)];
+        let mut out = Output::default();
+        let (used, _) = stream.feed(&mut engine, commands.as_bytes(), &mut out, Budget::NONE);
+        assert_eq!(used, commands.len());
+        [engine.memory_budget().used() as isize - before[0], HELD.load(Relaxed) - before[1]]
+    };
+    for hide in ["none", "painter"] {
+        let [counted, held] = growth(&format!("MESH m BOX\nLOOKAT 2 3 4 0 0 0 0 1 0\nHIDE {hide}\nDRAW m\n"));
+        assert!(counted < pixels && held < pixels, "HIDE {hide}: {counted} bytes counted, {held} held");
+    }
+    let [counted, held] = growth("HIDE zbuffer\nDRAW m\n");
+    // Depths of 4 bytes, and numbers of 8; the renderer holds lists of its own besides.
+    assert!((12 * pixels..13 * pixels).contains(&counted) && held > 12 * pixels, "{counted}, {held} held");
+    let [counted, held] = growth("DRAW m\nPICK 600 450\nDRAW m\n");
+    assert!(counted < pixels && held < pixels, "{counted} bytes counted, {held} held");
+}

@@ -7,7 +7,7 @@ use fbptr::measure::draw_case;
 use fbptr::scene::{Camera, Corner, Fog, FogKind, Geometry, HiddenSurface, LightingModel};
 use fbptr::scene::{Material, Mesh, NONE, ShadeMode};
 use fbptr::truth::scenes::{Case, Random, object, random};
-use fbptr::truth::{compare, render};
+use fbptr::truth::{Transparency, compare, render};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -100,6 +100,20 @@ fn wireframes_whose_lines_are_all_seen() {
         case
     }));
     assert!(drawn > 4_000, "{drawn} pixels");
+}
+
+#[test]
+fn wireframes_with_hidden_lines() {
+    let (drawn, turns) = check((840..880).map(|seed| {
+        let mut case = random(seed);
+        case.settings.hide = HiddenSurface::ZBuffer;
+        case.settings.shade = ShadeMode::Wire;
+        case.settings.transparency = Transparency::AtOnce;
+        case.scene.background = Default::default();
+        case.scene.objects.iter_mut().for_each(|o| o.shade = None);
+        case
+    }));
+    assert!(drawn > 4_000 && turns * 4 < drawn, "{drawn} pixels, {turns} either way");
 }
 
 #[test]

@@ -144,8 +144,10 @@ impl EngineFrame {
         let needs_depth = self.depth.is_none() && hide == HiddenSurface::ZBuffer;
         // Each row has one word of cells whose clear is pending.
         let cells = self.area() * self.depth_format.bytes_per_pixel() as u64 + u64::from(self.height()) * 16;
+        // Only a depth test says which face a PICK means.
+        let needs_ids = self.ids.is_none() && hide == HiddenSurface::ZBuffer;
         let ids = PickBuffer::bytes_for(self.width(), self.height());
-        [if needs_depth { cells } else { 0 }, if self.ids.is_none() { ids } else { 0 }]
+        [if needs_depth { cells } else { 0 }, if needs_ids { ids } else { 0 }]
     }
 
     /// Returns the bytes that [`Self::reserve_target`] will reserve.
@@ -154,11 +156,16 @@ impl EngineFrame {
         depth.saturating_sub(self.depth_held.bytes()) + ids.saturating_sub(self.ids_held.bytes())
     }
 
-    /// Reserves memory for the depth and pick buffers that a draw will allocate.
+    /// Reserves memory for the depth and pick buffers that a draw will need, and creates the pick
+    /// buffer: a PICK may follow a draw that tests depths, and no other.
     pub fn reserve_target(&mut self, hide: HiddenSurface) -> Result<(), OverBudget> {
         let [depth, ids] = self.target_bytes(hide);
         self.ids_held.try_cover(ids)?;
-        self.depth_held.try_cover(depth)
+        self.depth_held.try_cover(depth)?;
+        if ids > 0 {
+            self.ids = Some(PickBuffer::new(self.width(), self.height()));
+        }
+        Ok(())
     }
 
     /// Sets the reservations to the sizes of the depth and pick buffers.
@@ -168,15 +175,13 @@ impl EngineFrame {
         self.ids_held.set(ids);
     }
 
-    /// Returns the target of draws. The pick buffer is written from the first draw on, since a PICK
-    /// may follow.
+    /// Returns the target of draws.
     pub fn target(&mut self) -> Target<'_> {
-        let (width, height) = (self.width(), self.height());
         Target {
             memory: &mut self.memory,
             depth: &mut self.depth,
             depth_format: self.depth_format,
-            ids: Some(self.ids.get_or_insert_with(|| PickBuffer::new(width, height))),
+            ids: self.ids.as_mut(),
         }
     }
 

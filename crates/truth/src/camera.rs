@@ -8,7 +8,9 @@
 use super::double_double::{
     DoubleDouble, DoubleDouble3, DoubleDouble4, cross, dot3, double_double3, narrow3, sub3, unit3,
 };
-use fbptr_core::scene::{Camera, CameraError, LookAt, ObliqueKind, Projection, Viewport, ViewportRule};
+use fbptr_core::scene::{
+    Camera, CameraError, FARTHEST_EYE, LookAt, ObliqueKind, Projection, Viewport, ViewportRule,
+};
 use glam::DVec3;
 
 /// 4x4 matrix as an array of rows.
@@ -189,6 +191,14 @@ impl CameraMatrices {
 
     /// Computes the matrices of a camera for a viewport.
     fn of(camera: &Camera, viewport: &Viewport) -> Result<CameraMatrices, CameraError> {
+        let points = match camera.projection {
+            Projection::Window { vrp, p, .. } => [vrp, p],
+            _ => [camera.look_at.eye, camera.look_at.reference],
+        };
+        let distance = points.iter().flat_map(|p| p.to_array()).fold(0.0f64, |m, v| m.max(v.abs()));
+        if distance > FARTHEST_EYE {
+            return Err(CameraError::TooFar { distance });
+        }
         let l = &camera.look_at;
         Ok(match camera.projection {
             Projection::Perspective { fov_rad, near, far, on_smaller_side } => {

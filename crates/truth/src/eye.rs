@@ -240,7 +240,7 @@ fn pixel<N: Number>(scene: &EyeScene, simplices: &[Simplex<N>], direction: &[N],
 /// Returns the point of the simplex in the pixel's fibre that is nearest to the eye, over all sets
 /// of active inequalities.
 fn nearest<N: Number>(scene: &EyeScene, s: &Simplex<N>, id: usize, direction: &[N]) -> Option<Hit<N>> {
-    if s.offset.sign() == 0 {
+    if is_in_plane(&s.normal, &s.offset, &s.size) {
         return None; // edge-on
     }
     let (n, m, hidden) = (scene.dim, scene.screen_dim(), scene.hidden_dim());
@@ -340,6 +340,13 @@ fn subsets(n: usize, most: usize) -> Vec<Vec<usize>> {
     all
 }
 
+/// Returns whether a height n.x over a hyperplane is within the tolerance: 1e-10 of `size`, for a unit
+/// normal.
+fn is_in_plane<N: Number>(normal: &[N], height: &N, size: &N) -> bool {
+    let tau = N::of(1e-10).times(size);
+    height.times(height) <= tau.times(&tau).times(&dot(normal, normal))
+}
+
 /// Returns the distance of the light if it reaches the hit's point on the side that the eye sees.
 fn light_reaches<N: Number>(
     simplices: &[Simplex<N>],
@@ -367,7 +374,12 @@ fn light_reaches<N: Number>(
             (way, true, distance)
         }
     };
-    if dot(&own.normal, &way).sign() != -own.offset.sign() {
+    let side = dot(&own.normal, &way);
+    let is_in_plane = match kind {
+        EyeLightKind::Radial { .. } => is_in_plane(&own.normal, &side, &own.size),
+        _ => side.sign() == 0,
+    };
+    if side.sign() != -own.offset.sign() || is_in_plane {
         return None;
     }
     let is_blocked = simplices.iter().any(|g| blocks(g, p, &way, ends));

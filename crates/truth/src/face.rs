@@ -21,6 +21,9 @@ use std::rc::Rc;
 /// accepted.
 const CUT_MARGIN_PX: f64 = 1.5 / 256.0;
 
+/// Distance in pixels beyond which a corner's place is known to 1/256 pixel only, however far it is.
+const FAR_PX: f64 = (1u64 << 41) as f64;
+
 /// Corner of a face.
 #[derive(Clone, Debug)]
 pub struct FaceCorner {
@@ -136,6 +139,21 @@ impl<'a> Face<'a> {
     /// Returns the plane's weights at NDC (x, y).
     pub fn weights(&self, [x, y]: [DoubleDouble; 2]) -> Weights {
         Weights { b: self.shape.plane.map(|p| p[0] * x + p[1] * y + p[2]) }
+    }
+
+    /// Returns the depth of the face's plane at NDC (x, y), within the depths of its corners in front
+    /// of the eye; `None` for a face without area.
+    pub fn depth_in_plane(&self, ndc: [DoubleDouble; 2]) -> Option<DoubleDouble> {
+        let b = self.weights(ndc).b;
+        let z = (0..3).fold(DoubleDouble::ZERO, |sum, i| sum + b[i] * self.corners[i].clip[2]);
+        let in_front = self.corners.iter().filter(|c| c.clip[3] > DoubleDouble::ZERO);
+        let depths: Vec<DoubleDouble> = in_front.map(|c| c.clip[2] / c.clip[3]).collect();
+        let near = depths.iter().copied().reduce(DoubleDouble::min)?;
+        let far = depths.iter().copied().reduce(DoubleDouble::max)?;
+        if !z.is_finite() || self.is_degenerate() {
+            return None;
+        }
+        Some(if depths.len() == 3 { z.max(near).min(far) } else { z.max(near) })
     }
 
     /// Returns the coverage of the centre of pixel (x, y), at NDC `ndc`.
@@ -475,6 +493,11 @@ impl<'a> ObjectView<'a> {
         (0..2)
             .map(|k| {
                 let ndc = (clip[k] / clip[3]).to_f64();
+                // Farther out the renderer, too, places corners with two f64 a number: by a linear
+                // map whose error is far below a pixel on the screen, but that may snap elsewhere.
+                if screen[k].to_f64().abs() > FAR_PX {
+                    return 1.0 / 256.0;
+                }
                 let off = scale[k] * (slack[k] + ndc.abs() * slack[3]) / w.abs()
                     + 4.0 * f64::EPSILON * screen[k].to_f64().abs();
                 if distance_to_tie(screen[k]) <= off * 256.0 { off + 1.0 / 256.0 } else { 0.0 }

@@ -1,29 +1,35 @@
 //! Lines and points of the reference: those of a mesh, and the edges of a wireframe.
 //!
-//! A line is clipped by the six planes in homogeneous coordinates, its ends are mapped to the
-//! pixels that contain them, and Bresenham's midpoint line (source 001) joins them. Depth is linear
-//! on the screen, colour linear in space. The colour is Ke + Kd (an unlit material's emission)
-//! times the vertex colour. If an end lies so near a pixel's border that plain f64 may put it on
-//! either side - always if it was clipped at the side of the view - the lines to both pixels are
-//! accepted.
+//! A line is clipped by the six planes in homogeneous coordinates and projected, in numbers of 32
+//! digits and without snapping. In each column that it enters, or each row if it is steep, it draws
+//! the pixel that contains its point at the column's centre, or its end where it ends before. Depth
+//! is that of this point, linear on the screen; colour is linear in space: Ke + Kd (an unlit
+//! material's emission) times the vertex colour.
+//!
+//! The renderer snaps the ends to 1/256 pixel, which moves a point of the line by at most 1/256. So
+//! where the point lies that near the border of two pixels both are accepted, and so are both axes
+//! where the line is that nearly diagonal. A point of a mesh is the pixel that contains it.
 //!
 //! The edges of SHADE wire are those of polygons that remain after CULL, each once, from the lower
-//! position index. Wireframes with hidden lines removed by depth are not drawn by this reference.
+//! position index. Under HIDE zbuffer an edge's pixel is seen unless a face of the object lies in
+//! front of it; of the edge's own faces it may take the depth at the pixel's centre.
 
 use super::coverage::Coverage;
 use super::double_double::{DoubleDouble, DoubleDouble3, DoubleDouble4, narrow3};
-use super::face::ObjectView;
+use super::face::{Face, ObjectView};
 use super::fragment::{ColorRange, Fragment, FragmentContext};
 use fbptr_core::scene::{Corner, Interpolation, LightingModel, Material, NONE};
 use glam::{DVec3, DVec4};
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashSet};
 
-/// Distance in pixels from a pixel's border within which an end may lie beyond it.
-const BORDER_PX: f64 = 1e-6;
+/// Distance in pixels from a pixel's border within which a mesh's point may lie beyond it.
+const POINT_PX: f64 = 1e-6;
 
-/// Bound in pixels on the distance of ends from the screen's origin; viewports reach less far. An
-/// end beyond it is one that an overflow kept from being clipped, and its line is not drawn.
-const FARTHEST_PX: f64 = (1u64 << 40) as f64;
+/// Distance in pixels by which snapping its ends may move a point of a line, and rounding.
+const SNAP_PX: f64 = 1.0 / 256.0 + 1e-6;
+
+/// Length in pixels below which snapping may turn a line by any angle.
+const SHORT_PX: f64 = 0.05;
 
 /// 2 ulp of f32 just below 1.
 const DEPTH_EDGE: f64 = 2.0 / 16_777_216.0;
@@ -40,6 +46,8 @@ pub struct LinePixel {
     pub clip: [DoubleDouble4; 2],
     /// True if the pixel is blended with the one behind it.
     pub is_transparent: bool,
+    /// Depth by which an edge of a wireframe is hidden: the least of its own and its faces'.
+    pub edge_z: Option<[DoubleDouble; 2]>,
 }
 
 /// End of a line.
@@ -62,21 +70,34 @@ impl End {
     }
 }
 
-/// Returns the pixels of an object's lines and points in drawing order. `seen` are its triangles
-/// that remain after CULL; `is_wire` is true if it is shaded as a wireframe.
+/// Returns the pixels of an object's lines and points in drawing order. `faces` are its triangles
+/// that remain after CULL; `is_wire` is true if it is shaded as a wireframe, `is_hidden` if its faces
+/// hide edges.
 pub fn line_pixels_of(
     view: &ObjectView,
     context: &FragmentContext,
     clip: [i64; 4],
-    seen: &HashSet<u32>,
+    faces: &[Face],
     is_wire: bool,
+    is_hidden: bool,
 ) -> Vec<LinePixel> {
     let mesh = &view.object.geometry.mesh;
     let pen = Pen { view, context, clip };
     let mut out = Vec::new();
     if is_wire {
-        for (ends, material) in edges(view, seen) {
+        let seen = faces.iter().map(|f| f.triangle).collect();
+        for (ends, material) in edges(view, &seen) {
+            let start = out.len();
             pen.line(ends.map(|c| pen.end(&c, material)), &mut out);
+            if is_hidden {
+                let own = faces_on(view, faces, ends);
+                for pixel in &mut out[start..] {
+                    let ndc = context.sight.ndc_of_pixel(pixel.x, pixel.y);
+                    let least = own.iter().filter_map(|f| f.depth_in_plane(ndc)).reduce(DoubleDouble::min);
+                    let z = pixel.fragment.z;
+                    pixel.edge_z = Some(least.map_or(z, |least| z.map(|z| z.min(least))));
+                }
+            }
         }
     }
     let material_of = |materials: &[u32], number: usize| {
@@ -89,9 +110,23 @@ pub fn line_pixels_of(
     }
     for (i, &point) in mesh.points.iter().enumerate() {
         let end = pen.end(&mesh.corners[point as usize], material_of(&mesh.point_materials, i));
-        pen.line([end; 2], &mut out);
+        pen.point(&end, &mut out);
     }
     out
+}
+
+/// Returns the first two faces that have this edge.
+fn faces_on<'a, 'f>(view: &ObjectView, faces: &'f [Face<'a>], ends: [Corner; 2]) -> Vec<&'f Face<'a>> {
+    let mesh = &view.object.geometry.mesh;
+    let wanted = ends.map(|c| c.position);
+    let has_edge = |f: &&Face| {
+        let p = mesh.triangles[f.triangle as usize].map(|c| mesh.corners[c as usize].position);
+        (0..3).any(|i| {
+            let [from, to] = [p[i], p[(i + 1) % 3]];
+            [from.min(to), from.max(to)] == wanted
+        })
+    };
+    faces.iter().filter(has_edge).take(2).collect()
 }
 
 /// Returns the polygons' edges in the order of their first occurrence in the file, from the lower
@@ -145,71 +180,127 @@ impl Pen<'_> {
         }
     }
 
-    /// Draws a line; two equal ends make a point.
+    /// Draws a line.
     fn line(&self, ends: [End; 2], out: &mut Vec<LinePixel>) {
         if !ends.iter().all(|e| e.clip.iter().all(|c| c.is_finite())) {
             return;
         }
         let Some(([a, b], is_sure)) = cut(&ends) else { return };
-        let pixels = [&a, &b].map(|e| self.pixels_of(e));
-        // For every rounding of the ends: the pixels, with the range of their values and the number
-        // of roundings that draw them.
+        let [from, to] = [&a, &b].map(|e| self.place(e));
+        if !from.iter().chain(&to).all(|v| v.is_finite()) {
+            return;
+        }
+        let extents = [0, 1].map(|axis| (to[axis] - from[axis]).abs().to_f64());
+        let is_short = extents[0].max(extents[1]) < SHORT_PX;
+        let axes = (0..2).filter(|&axis| is_short || extents[axis] > extents[1 - axis] - 2.0 * SNAP_PX);
+        // For each axis that may be the major one: the pixels, with the range of their depths and
+        // colours, and whether they are certain.
+        let mut found: BTreeMap<[i64; 2], (usize, [DoubleDouble; 2], ColorRange)> = BTreeMap::new();
         let mut ways = 0;
-        let mut found: HashMap<[i64; 2], (usize, [DoubleDouble; 2], ColorRange)> = HashMap::new();
-        let mut order = Vec::new();
-        for &from in &pixels[0] {
-            for &to in &pixels[1] {
-                ways += 1;
-                for (k, n, [x, y]) in bresenham(from, to, self.clip) {
-                    let (z, range) = self.at(&a, &b, k, n);
-                    let entry = found.entry([x, y]).or_insert_with(|| {
-                        order.push([x, y]);
-                        (0, [z; 2], range)
-                    });
-                    entry.0 += 1;
-                    entry.1 = [entry.1[0].min(z), entry.1[1].max(z)];
-                    entry.2 = entry.2.hull(range);
+        for axis in axes {
+            ways += 1;
+            for (pixel, s, is_certain) in self.steps(axis, from, to, is_short) {
+                let (z, range) = self.at(&a, &b, s);
+                let entry = found.entry(pixel).or_insert((0, [z; 2], range));
+                entry.0 += usize::from(is_certain);
+                entry.1 = [entry.1[0].min(z), entry.1[1].max(z)];
+                entry.2 = entry.2.hull(range);
+            }
+        }
+        for ([x, y], (count, z, range)) in found {
+            self.push([x, y], is_sure && count == ways, z, range, [&a, &b], out);
+        }
+    }
+
+    /// Draws a point of a mesh.
+    fn point(&self, end: &End, out: &mut Vec<LinePixel>) {
+        if !end.clip.iter().all(|c| c.is_finite()) {
+            return;
+        }
+        let Some(([end, _], is_sure)) = cut(&[*end; 2]) else { return };
+        let [xs, ys] = self.place(&end).map(|v| cells(v, POINT_PX));
+        let (z, range) = self.at(&end, &end, DoubleDouble::ZERO);
+        for (x, y) in xs.iter().flat_map(|&x| ys.iter().map(move |&y| (x, y))) {
+            self.push([x, y], is_sure && xs.len() * ys.len() == 1, [z; 2], range, [&end, &end], out);
+        }
+    }
+
+    /// Adds a pixel if it is inside the viewport.
+    fn push(
+        &self,
+        [x, y]: [i64; 2],
+        is_certain: bool,
+        z: [DoubleDouble; 2],
+        range: ColorRange,
+        ends: [&End; 2],
+        out: &mut Vec<LinePixel>,
+    ) {
+        let [x0, x1, y0, y1] = self.clip;
+        if !((x0..x1).contains(&x) && (y0..y1).contains(&y)) {
+            return;
+        }
+        let is_far = z[1] > DoubleDouble::ONE - DoubleDouble::new(DEPTH_EDGE);
+        let presence = if is_certain && !is_far { Coverage::Yes } else { Coverage::Maybe };
+        let z = z.map(|z| z.max(DoubleDouble::ZERO).min(DoubleDouble::ONE));
+        out.push(LinePixel {
+            x,
+            y,
+            fragment: Fragment { presence, z, colors: vec![range] },
+            clip: ends.map(|e| e.clip),
+            is_transparent: range.alpha[0] < 1.0,
+            edge_z: None,
+        });
+    }
+
+    /// Returns the place of an end on the screen.
+    fn place(&self, end: &End) -> [DoubleDouble; 2] {
+        let w = end.clip[3];
+        self.context.sight.to_screen(end.clip[0] / w, end.clip[1] / w)
+    }
+
+    /// Returns the pixels of a line whose major axis is `axis`, the part of the line at which each is
+    /// coloured, and whether it is certain.
+    fn steps(
+        &self,
+        axis: usize,
+        from: [DoubleDouble; 2],
+        to: [DoubleDouble; 2],
+        is_short: bool,
+    ) -> Vec<([i64; 2], DoubleDouble, bool)> {
+        let (a, b) = (from[axis], to[axis]);
+        let (low, high) = (a.min(b), a.max(b));
+        let sure = cells(low, SNAP_PX).last().copied()..=cells(high, SNAP_PX).first().copied();
+        let clip = [self.clip[2 * axis], self.clip[2 * axis + 1]];
+        let first = cells(low, SNAP_PX).first().map_or(clip[0], |&c| c.max(clip[0]));
+        let last = cells(high, SNAP_PX).last().map_or(clip[1], |&c| c.min(clip[1] - 1));
+        let mut out = Vec::new();
+        for column in first..=last {
+            let centre = DoubleDouble::new(column as f64 + 0.5).max(low).min(high);
+            let s = if a == b { DoubleDouble::ZERO } else { (centre - a) / (b - a) };
+            let rows = match is_short {
+                false => cells(from[1 - axis] + (to[1 - axis] - from[1 - axis]) * s, SNAP_PX),
+                true => {
+                    let (p, q) = (from[1 - axis], to[1 - axis]);
+                    let [p, q] = [cells(p.min(q), SNAP_PX), cells(p.max(q), SNAP_PX)];
+                    let ends = [p.first().copied(), q.last().copied()].map(Option::unwrap_or_default);
+                    (ends[0]..=ends[1]).collect()
+                }
+            };
+            let is_certain = rows.len() == 1 && sure.contains(&Some(column));
+            // A pixel of a short line may be coloured anywhere on it.
+            let parts = if is_short { vec![DoubleDouble::ZERO, s, DoubleDouble::ONE] } else { vec![s] };
+            for row in rows {
+                let pixel = if axis == 0 { [column, row] } else { [row, column] };
+                for (k, part) in parts.iter().enumerate() {
+                    out.push((pixel, *part, is_certain && k == 0));
                 }
             }
         }
-        for [x, y] in order {
-            let (count, z, range) = found[&[x, y]];
-            let is_far = z[1] > DoubleDouble::ONE - DoubleDouble::new(DEPTH_EDGE);
-            let presence = if count == ways && is_sure && !is_far { Coverage::Yes } else { Coverage::Maybe };
-            let z = z.map(|z| z.max(DoubleDouble::ZERO).min(DoubleDouble::ONE));
-            out.push(LinePixel {
-                x,
-                y,
-                fragment: Fragment { presence, z, colors: vec![range] },
-                clip: [a.clip, b.clip],
-                is_transparent: range.alpha[0] < 1.0,
-            });
-        }
+        out
     }
 
-    /// Returns the pixels that may contain an end; none for an end without a finite place.
-    fn pixels_of(&self, end: &End) -> Vec<[i64; 2]> {
-        let w = end.clip[3];
-        let choices = self.context.sight.to_screen(end.clip[0] / w, end.clip[1] / w).map(|v| {
-            let v = v.to_f64();
-            let at = v.floor();
-            match v - at {
-                _ if v.is_nan() || v.abs() >= FARTHEST_PX => Vec::new(),
-                part if part < BORDER_PX => vec![at as i64 - 1, at as i64],
-                part if part > 1.0 - BORDER_PX => vec![at as i64, at as i64 + 1],
-                _ => vec![at as i64],
-            }
-        });
-        choices[0].iter().flat_map(|&x| choices[1].iter().map(move |&y| [x, y])).collect()
-    }
-
-    /// Returns depth and colour at step k of n.
-    fn at(&self, a: &End, b: &End, k: i64, n: i64) -> (DoubleDouble, ColorRange) {
-        let s = if n == 0 {
-            DoubleDouble::ZERO
-        } else {
-            DoubleDouble::new(k as f64) / DoubleDouble::new(n as f64)
-        };
+    /// Returns depth and colour at part s of the line on the screen.
+    fn at(&self, a: &End, b: &End, s: DoubleDouble) -> (DoubleDouble, ColorRange) {
         let [wa, wb] = [a.clip[3], b.clip[3]];
         let (za, zb) = (a.clip[2] / wa, b.clip[2] / wb);
         let t = match self.context.interpolation {
@@ -252,85 +343,24 @@ fn cut([a, b]: &[End; 2]) -> Option<([End; 2], bool)> {
         t => a.towards(b, t),
     });
     let is_sure =
-        is_sure && ((to - from).to_f64() > 1e-9 || (from == DoubleDouble::ZERO && to == DoubleDouble::ONE));
+        is_sure && ((to - from).to_f64() > 1e-22 || (from == DoubleDouble::ZERO && to == DoubleDouble::ONE));
     ends.iter().all(|e| e.clip[3] > DoubleDouble::ZERO).then_some((ends, is_sure))
 }
 
-/// Iterates over (step, steps, pixel) of a line's pixels within x0..x1, y0..y1 of `clip`, both ends
-/// included. Source 001: the midpoint variable d begins at 2 dy - dx, in integers, for all octants.
-/// End points lie within 2^41 of the origin.
-///
-/// Each step with d > 0 moves along the minor axis. So after k steps along the longer side n, with
-/// m the shorter one, the line has moved ceil((2 m k - n) / 2 n) along the minor axis, and never a
-/// negative amount: the steps before the clip rectangle need not be computed.
-fn bresenham(from: [i64; 2], to: [i64; 2], clip: [i64; 4]) -> impl Iterator<Item = (i64, i64, [i64; 2])> {
-    let sign = [0, 1].map(|k| (to[k] - from[k]).signum());
-    let length = [0, 1].map(|k| (to[k] - from[k]).abs());
-    let (major, minor) = if length[0] >= length[1] { (0, 1) } else { (1, 0) };
-    let (n, m) = (length[major], length[minor]);
-    let inside = [clip[0]..clip[1], clip[2]..clip[3]];
-    // The steps whose major coordinate is inside; a line of one pixel has step 0 only.
-    let steps = match sign[major] {
-        1.. => inside[major].start - from[major]..inside[major].end - from[major],
-        0 => 0..1,
-        _ => from[major] - inside[major].end + 1..from[major] - inside[major].start + 1,
-    };
-    (steps.start.max(0)..steps.end.min(n + 1)).filter_map(move |k| {
-        let (n, m, steps) = (i128::from(n), i128::from(m), i128::from(k));
-        // ceil(a / b) = -floor(-a / b).
-        let across = if k == 0 { 0 } else { (-(n - 2 * m * steps).div_euclid(2 * n)).max(0) as i64 };
-        let mut p = from;
-        p[major] += sign[major] * k;
-        p[minor] += sign[minor] * across;
-        (inside[0].contains(&p[0]) && inside[1].contains(&p[1])).then_some((k, n as i64, p))
-    })
+/// Returns the columns, or rows, that may contain a coordinate that is uncertain by `margin` pixels.
+fn cells(v: DoubleDouble, margin: f64) -> Vec<i64> {
+    let [low, high] = [-margin, margin].map(|m| (v + DoubleDouble::new(m)).to_f64().floor() as i64);
+    (low..=high).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
-
-    /// Draws the line of [`bresenham`] one step at a time.
-    fn stepped(from: [i64; 2], to: [i64; 2]) -> Vec<(i64, i64, [i64; 2])> {
-        let sign = [0, 1].map(|k| (to[k] - from[k]).signum());
-        let length = [0, 1].map(|k| (to[k] - from[k]).abs());
-        let (major, minor) = if length[0] >= length[1] { (0, 1) } else { (1, 0) };
-        let (n, m) = (length[major], length[minor]);
-        let (mut p, mut d) = (from, 2 * m - n);
-        let mut out = vec![(0, n, p)];
-        for k in 1..=n {
-            p[major] += sign[major];
-            if d > 0 {
-                p[minor] += sign[minor];
-                d -= 2 * n;
-            }
-            d += 2 * m;
-            out.push((k, n, p));
-        }
-        out
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig { cases: 20_000, ..ProptestConfig::default() })]
-
-        #[test]
-        fn a_line_is_the_midpoint_algorithms_steps_inside_the_rectangle(
-            from in [-40i64..40, -40i64..40], to in [-40i64..40, -40i64..40],
-            x in -30i64..30, y in -30i64..30, w in 0i64..40, h in 0i64..40,
-        ) {
-            let clip = [x, x + w, y, y + h];
-            let mut want = stepped(from, to);
-            want.retain(|(_, _, [px, py])| (x..x + w).contains(px) && (y..y + h).contains(py));
-            prop_assert_eq!(bresenham(from, to, clip).collect::<Vec<_>>(), want);
-        }
-    }
 
     #[test]
-    fn a_line_of_any_length_costs_its_visible_part() {
-        let far = FARTHEST_PX as i64;
-        let across: Vec<_> = bresenham([-far, -far], [far, far], [0, 8, 0, 8]).map(|s| s.2).collect();
-        assert_eq!(across, (0..8).map(|i| [i, i]).collect::<Vec<_>>());
-        assert_eq!(bresenham([3, 3], [3, 3], [0, 8, 0, 8]).collect::<Vec<_>>(), [(0, 0, [3, 3])]);
+    fn a_coordinate_near_a_border_may_lie_on_both_sides() {
+        let of = |v: f64| cells(DoubleDouble::new(v), SNAP_PX);
+        assert_eq!((of(3.5), of(3.99), of(3.999), of(4.003)), (vec![3], vec![3], vec![3, 4], vec![3, 4]));
+        assert_eq!((of(-0.001), of(-0.5)), (vec![-1, 0], vec![-1]));
     }
 }

@@ -63,7 +63,7 @@ pub struct TruthPicture {
 }
 
 /// Use of the depth memory by a fragment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DepthUse {
     /// Neither tested nor written.
     Ignore,
@@ -71,6 +71,10 @@ pub enum DepthUse {
     Test,
     /// Tested and written.
     TestAndWrite,
+    /// Tested and written without a colour: faces that hide edges.
+    DepthOnly,
+    /// Tested as an edge of faces that are in the depth memory, and written: passes if not behind.
+    Edge([DoubleDouble; 2]),
 }
 
 /// Fragment with the data for resolving it.
@@ -261,10 +265,17 @@ impl TruthPicture {
         for state in states {
             let passes = match layer.depth_use {
                 DepthUse::Ignore => Coverage::Yes,
-                DepthUse::Test | DepthUse::TestAndWrite => self.is_nearer(layer, state),
+                DepthUse::Test | DepthUse::TestAndWrite | DepthUse::DepthOnly => self.is_nearer(layer, state),
+                DepthUse::Edge(z) => self.is_in_view(z, state),
             }
             .min(layer.fragment.presence);
-            if passes != Coverage::No {
+            if passes != Coverage::No && layer.depth_use == DepthUse::DepthOnly {
+                after.push(PixelState { z: layer.fragment.z, depth_owner: Some(layer.face), ..*state });
+            } else if let DepthUse::Edge(_) = layer.depth_use
+                && passes != Coverage::No
+            {
+                after.extend(self.draw_edge(layer, state));
+            } else if passes != Coverage::No {
                 after.extend(layer.fragment.colors.iter().map(|range| draw_over(layer, range, state)));
             }
             if passes != Coverage::Yes {
@@ -273,6 +284,34 @@ impl TruthPicture {
         }
         merge(&mut after);
         after
+    }
+
+    /// Draws an edge of a wireframe over a state, which keeps the nearer depth.
+    fn draw_edge(&self, layer: &Layer, state: &PixelState) -> Vec<PixelState> {
+        let nearer = if layer.is_transparent { Coverage::No } else { self.is_nearer(layer, state) };
+        let mut after = Vec::new();
+        for range in &layer.fragment.colors {
+            let drawn = draw_over(layer, range, state);
+            if nearer != Coverage::No {
+                after.push(PixelState { z: layer.fragment.z, depth_owner: Some(layer.face), ..drawn });
+            }
+            if nearer != Coverage::Yes {
+                after.push(drawn);
+            }
+        }
+        after
+    }
+
+    /// Returns whether an edge at depth `z` is seen: it may lie two steps of the format behind the
+    /// stored depth, and each of the two depths may be off by one.
+    fn is_in_view(&self, z: [DoubleDouble; 2], state: &PixelState) -> Coverage {
+        let step = match self.format {
+            DepthFormat::F32 => ulp_f32(state.z[1].to_f64().min(1.0)),
+            DepthFormat::Reversed => ulp_f32((DoubleDouble::ONE - state.z[1].min(z[0])).to_f64()),
+            _ => 1.0 / self.format.steps().unwrap_or(1.0),
+        };
+        let steps = |n: f64| DoubleDouble::new(n * step);
+        decide(z[1] <= state.z[0], z[0] > state.z[1] + steps(4.0))
     }
 
     /// Returns whether the depth that the fragment would store is strictly nearer than the stored

@@ -16,7 +16,7 @@ use fbptr_core::scene::{
     CameraError, HiddenSurface, Scene, ShadeMode, Texture, TransparencyOrder, Viewport, ViewportRule,
 };
 use std::cmp::Ordering;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::rc::Rc;
 
 /// Renders a scene into a cleared picture.
@@ -117,14 +117,21 @@ impl TruthPicture {
                         continue;
                     }
                     if let Some(fragment) = context.fragment(&faces[i], x, y, coverage) {
+                        let is_wire = faces[i].shade == ShadeMode::Wire;
                         let layer = Layer {
                             fragment,
                             face: keys[i],
-                            depth_use: depth_use(settings.hide, &faces[i]),
-                            is_transparent: faces[i].is_transparent,
+                            depth_use: match is_wire {
+                                true => DepthUse::DepthOnly,
+                                false => depth_use(settings.hide, &faces[i]),
+                            },
+                            is_transparent: faces[i].is_transparent && !is_wire,
                             is_textured: faces[i].is_textured(),
                         };
-                        let rank = face_rank(settings, &faces[i]);
+                        let rank = match is_wire {
+                            true => (false, faces[i].object, false),
+                            false => face_rank(settings, &faces[i]),
+                        };
                         ranked.push((rank, (sort_key(settings, &faces[i]), layer)));
                     }
                 }
@@ -171,8 +178,8 @@ impl TruthPicture {
             let everywhere = PixelMask::all(mask.clip);
             let own = view.faces(if is_wire { &everywhere } else { mask }, &mut mip_chain);
             if is_wire || !mesh.lines.is_empty() || !mesh.points.is_empty() {
-                let seen: HashSet<u32> = own.iter().map(|f| f.triangle).collect();
-                for pixel in line_pixels_of(&view, context, mask.clip, &seen, is_wire) {
+                let is_hidden = is_wire && settings.hide == HiddenSurface::ZBuffer;
+                for pixel in line_pixels_of(&view, context, mask.clip, &own, is_wire, is_hidden) {
                     // A position whose depth never equals a face's: lines and faces have separate
                     // orders.
                     let aside =
@@ -180,6 +187,9 @@ impl TruthPicture {
                     let face =
                         self.register(&object.name, index as u32, 0, [pixel.clip[0], pixel.clip[1], aside]);
                     let depth_use = match (settings.hide, pixel.is_transparent) {
+                        _ if pixel.edge_z.is_some() => {
+                            DepthUse::Edge(pixel.edge_z.unwrap_or(pixel.fragment.z))
+                        }
                         (HiddenSurface::ZBuffer, true) => DepthUse::Test,
                         (HiddenSurface::ZBuffer, false) => DepthUse::TestAndWrite,
                         _ => DepthUse::Ignore,
@@ -194,7 +204,7 @@ impl TruthPicture {
                     line_pixels.entry([pixel.x, pixel.y]).or_default().push((index as u32, layer));
                 }
             }
-            if !is_wire {
+            if !is_wire || settings.hide == HiddenSurface::ZBuffer {
                 faces.extend(own);
             }
         }

@@ -120,9 +120,11 @@ const EYE: Edges = &[
 const PIPELINE: Edges = &[
     // Neutral modules, used by both paths.
     ("vertex", &["viewport"]),
-    ("plane_equation", &["vertex", "viewport"]),
+    ("wide_vertex", &["vertex"]),
+    ("plane_equation", &["vertex", "viewport", "wide_vertex"]),
+    ("far_face", &["plane_equation", "vertex", "wide_vertex"]),
     ("shading_space", &["vertex"]),
-    ("assemble", &["draw_call", "plane_equation", "vertex", "viewport"]),
+    ("assemble", &["draw_call", "far_face", "plane_equation", "vertex", "viewport"]),
     ("materials", &["assemble", "draw_call", "light"]),
     ("surface_maps", &["draw_call", "light", "sampler"]),
     ("shade", &["draw_call", "light", "sampler", "surface_maps"]),
@@ -172,6 +174,8 @@ const PIPELINE: Edges = &[
             "prepared_draw",
             "shade",
             "target_rows",
+            "vertex",
+            "wide_vertex",
         ],
     ),
     ("tile", &["draw_call", "indexed_mesh", "plane_equation", "preemption", "sampler", "shading_space"]),

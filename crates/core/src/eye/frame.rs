@@ -11,14 +11,10 @@ use super::bounds;
 use super::eye_space::{EyeSpace, Screen, Visible, exponent_of, rescale};
 use super::frame_light::{FrameLight, frame_lights};
 use super::method::Method;
-use super::occluder::{LightPlacement, Occluder};
+use super::occluder::{LightPlacement, Occluder, TAU};
 use super::scene::EyeScene;
 use crate::executor::{Executor, Task};
 use crate::math::nvec::{ROUNDING, dot, max_abs, sub, unit, wedge};
-
-/// A facet whose hyperplane passes the eye at less than this fraction of its largest coordinate is
-/// seen edge-on, so it is invisible.
-const EDGE_ON: f64 = 1e-12;
 
 /// A ratio of pivots below this makes a facet degenerate.
 const DEGENERATE: f64 = 1e-12;
@@ -173,7 +169,8 @@ impl<const N: usize> FacetBatch<N> {
             self.occluders.push(occluder);
         }
         let size = v.iter().map(max_abs).fold(0.0, f64::max);
-        if offset.abs() <= EDGE_ON * size {
+        // Seen edge-on, by the tolerance that lights have.
+        if offset.abs() <= TAU * size {
             self.edge_on += 1;
             return;
         }

@@ -10,7 +10,8 @@
 use super::frame_light::{FrameLight, LightPlace};
 use crate::math::nvec::{add_scaled, dot, max_abs, sub, unit, wedge};
 
-/// tau divided by the largest coordinate of the point and the facet.
+/// tau divided by the largest coordinate of the point and the facet: the one tolerance for an eye, a
+/// light or a point in a facet's hyperplane.
 pub(super) const TAU: f64 = 1e-10;
 
 /// Distance outside the simplex that still counts as inside, relative to the same coordinate: the

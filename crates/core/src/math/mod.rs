@@ -5,11 +5,13 @@
 
 pub mod bresenham;
 pub mod coverage;
+pub(crate) mod double_double;
 pub mod matrix;
 pub mod nvec;
 pub mod polygon;
 pub mod power;
 pub mod projection;
+pub(crate) mod snapped_line;
 mod sort3;
 
 pub use sort3::sort3;

@@ -4,9 +4,11 @@
 //! four sides of the view never cut; near and far are tested per pixel. Only a face with some w <=
 //! 0 is cut, between the eye and the near plane, where nothing is visible. Each such edge is cut at
 //! a point that depends on that edge alone, computed from its end in front, so neighbouring faces
-//! share it bit for bit.
+//! share it bit for bit. Corners beyond 2^40 pixels, and planes through corners so far from the eye
+//! that f64 loses the near ones, take two f64 a number ([`super::far_face`]).
 
 use super::draw_call::DrawStats;
+use super::far_face::FarFace;
 use super::plane_equation::{FacePlane, PlaneEquation, Weights};
 use super::vertex::{Transform, Vertex};
 use super::viewport::ViewportTransform;
@@ -109,9 +111,11 @@ impl Assembler {
         }
         let on_screen = |v: &&Vertex| v.screen[0].is_finite() && v.screen[1].is_finite();
         let cut = !corners.iter().all(on_screen);
-        let outlines = match cut {
-            false => [outline(corners.map(|v| v.screen)), None],
-            true => self.cut(corners),
+        let far = FarFace::of(&self.transform, corners);
+        let outlines = match (&far, cut) {
+            (Some(far), _) => far.outlines(&self.transform, |a, b| self.cut_edge(a, b)),
+            (None, false) => [outline(corners.map(|v| v.screen)), None],
+            (None, true) => self.cut(corners),
         };
         let Some(winding) = outlines.iter().flatten().map(SnappedTriangle::orientation).next() else {
             stats.faces_empty += 1;
@@ -126,7 +130,8 @@ impl Assembler {
             }
             _ => {}
         }
-        let Some(plane) = FacePlane::new(corners) else {
+        let plane = far.as_ref().map_or_else(|| FacePlane::new(corners), FarFace::plane);
+        let Some(plane) = plane else {
             stats.faces_empty += 1;
             return None;
         };
@@ -146,7 +151,11 @@ impl Assembler {
     /// screen.
     pub fn side(&self, corners: [&Vertex; 3]) -> Option<Facing> {
         let on_screen = corners.iter().all(|v| v.screen[0].is_finite() && v.screen[1].is_finite());
-        let outlines = if on_screen { [outline(corners.map(|v| v.screen)), None] } else { self.cut(corners) };
+        let outlines = match (FarFace::of(&self.transform, corners), on_screen) {
+            (Some(far), _) => far.outlines(&self.transform, |a, b| self.cut_edge(a, b)),
+            (None, true) => [outline(corners.map(|v| v.screen)), None],
+            (None, false) => self.cut(corners),
+        };
         let winding = outlines.iter().flatten().map(SnappedTriangle::orientation).next()?;
         Some(if (winding == Ordering::Less) != self.mirrored { Facing::Front } else { Facing::Back })
     }

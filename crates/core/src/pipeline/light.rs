@@ -246,6 +246,15 @@ impl Lighting {
             })
     }
 
+    /// Returns whether the light of `material` depends on where a point is, or on the viewer: it has
+    /// highlights, or some light does not come from a direction.
+    pub fn depends_on_place(&self, material: &Material) -> bool {
+        let comes_from_afar =
+            |l: &PreparedLight| matches!(l.light.kind, crate::scene::LightKind::Directional { .. });
+        self.depends_on_point(material)
+            && (material.ks != DVec3::ZERO || !self.prepared_lights.iter().all(comes_from_afar))
+    }
+
     /// Returns the colour of a material that no light affects.
     pub fn constant(&self, material: &Material) -> LitColor {
         match material.model {

@@ -23,6 +23,7 @@ mod clip;
 mod depth_sort;
 mod draw_call;
 mod empty_draw;
+mod far_face;
 mod geometry_cache;
 mod indexed_mesh;
 mod light;
@@ -55,6 +56,7 @@ mod tile_frontend;
 pub mod trace;
 mod vertex;
 mod viewport;
+mod wide_vertex;
 mod working;
 mod worst_case;
 

@@ -16,6 +16,8 @@
 //! middle of the view. The corners are sorted by their positions alone, so a face's depth has the
 //! same bits in any corner order.
 
+mod far;
+
 use super::vertex::Vertex;
 use super::viewport::ViewportTransform;
 use crate::math::sort3;
@@ -24,14 +26,14 @@ use crate::scene::Interpolation;
 /// A face's plane over the screen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FacePlane {
-    /// NDC position of the reference corner.
+    /// NDC position of the reference corner, or of the middle of the view if that corner is far.
     origin: [f64; 2],
     /// Its 1/w, z/w and (w-z)/w.
     inv_w: f64,
     z: f64,
     complement: f64,
-    /// The other two corners: gradient with b = gradient . (X - X0, Y - Y0), w, and the increments
-    /// of z/w and (w-z)/w per b.
+    /// The other two corners: gradient with b = base + gradient . (X - X0, Y - Y0), w, and the
+    /// increments of z/w and (w-z)/w per b.
     others: [Corner; 2],
     /// w of the reference corner.
     w: f64,
@@ -86,6 +88,8 @@ impl PlaneEquation {
 #[derive(Clone, Copy, Debug, Default)]
 struct Corner {
     gradient: [f64; 2],
+    /// b at the plane's origin: 0 if that is the reference corner.
+    base: f64,
     w: f64,
     z: f64,
     complement: f64,
@@ -122,6 +126,7 @@ impl FacePlane {
             let ec = v.complement - v0.complement;
             Corner {
                 gradient: [c0.w * e.x - c0.x * e.w, c0.w * e.y - c0.y * e.w],
+                base: 0.0,
                 w: v.clip.w,
                 z: (c0.w * e.z - c0.z * e.w) * inv_w,
                 complement: (c0.w * ec - v0.complement * e.w) * inv_w,
@@ -142,11 +147,19 @@ impl FacePlane {
             order,
             in_front: corners.iter().all(|v| v.clip.w > 0.0),
         };
-        let sound = [b1[0], b1[1], b2[0], b2[1], plane.origin[0], plane.origin[1], plane.z, plane.complement]
+        (det != 0.0 && plane.is_finite()).then_some(plane)
+    }
+
+    /// Returns whether every coefficient is finite.
+    fn is_finite(&self) -> bool {
+        [self.origin[0], self.origin[1], self.z, self.complement]
             .iter()
-            .chain(plane.others.iter().flat_map(|o| [&o.z, &o.complement]))
-            .all(|v| v.is_finite());
-        (det != 0.0 && sound).then_some(plane)
+            .chain(
+                self.others
+                    .iter()
+                    .flat_map(|o| [&o.z, &o.complement, &o.base, &o.gradient[0], &o.gradient[1]]),
+            )
+            .all(|v| v.is_finite())
     }
 
     /// Returns the plane equation in pixels: depth, and the weights b, or b w if `interp` is
@@ -163,11 +176,11 @@ impl FacePlane {
                 let slope = |axis: usize| {
                     -(o1.gradient[axis] * o1.w + o2.gradient[axis] * o2.w) * self.inv_w * scale[axis]
                 };
-                [self.inv_w, slope(0), slope(1)]
+                [self.inv_w * (1.0 - o1.base * o1.w - o2.base * o2.w), slope(0), slope(1)]
             }
             _ => {
                 let o = &self.others[i - 1];
-                [0.0, o.gradient[0] * scale[0], o.gradient[1] * scale[1]]
+                [o.base, o.gradient[0] * scale[0], o.gradient[1] * scale[1]]
             }
         });
         let mut barycentrics = [[0.0; 3]; 3];
@@ -178,8 +191,12 @@ impl FacePlane {
         }
         PlaneEquation {
             origin: screen.of_ndc(self.origin),
-            z: [self.z, z[0], z[1]],
-            complement: [self.complement, complement[0], complement[1]],
+            z: [self.z + (o1.base * o1.z + o2.base * o2.z), z[0], z[1]],
+            complement: [
+                self.complement + (o1.base * o1.complement + o2.base * o2.complement),
+                complement[0],
+                complement[1],
+            ],
             barycentrics,
         }
     }
@@ -188,7 +205,7 @@ impl FacePlane {
     #[inline]
     pub fn weights_at(&self, ndc: [f64; 2]) -> Weights {
         let (dx, dy) = (ndc[0] - self.origin[0], ndc[1] - self.origin[1]);
-        let b = self.others.map(|o| dx * o.gradient[0] + dy * o.gradient[1]);
+        let b = self.others.map(|o| o.base + (dx * o.gradient[0] + dy * o.gradient[1]));
         let b0 = (1.0 - b[0] * self.others[0].w - b[1] * self.others[1].w) * self.inv_w;
         self.weights([b0, b[0], b[1]])
     }

@@ -78,6 +78,9 @@ pub(crate) fn plan_draw<P: PlanRecord>(
 #[derive(Default)]
 struct Asks {
     light: bool,
+    /// True if some light depends on the place of a point or on the viewer.
+    place: bool,
+    highlight: bool,
     texture: bool,
     texture_bytes: u64,
     transparent: bool,
@@ -93,6 +96,8 @@ fn asks_of(call: &DrawCall, lighting: &Lighting, geometry_info: &GeometryInfo) -
         for &side in call.sides() {
             let (material, texture) = call.material_of(p, side);
             asks.light |= lighting.depends_on_point(material);
+            asks.place |= lighting.depends_on_place(material);
+            asks.highlight |= lighting.depends_on_point(material) && material.ks != DVec3::ZERO;
             asks.transparent |= DrawCall::is_transparent(material, texture);
             if let Some(t) = texture {
                 asks.texture = true;
@@ -132,7 +137,7 @@ fn plan_faces(
     }
     let asks = asks_of(call, lighting, geometry_info);
     match asks.light {
-        true => plan_lighting(call, lighting, geometry_info, plan, faces),
+        true => plan_lighting(call, lighting, geometry_info, plan, &asks),
         false => leave_lighting_out(lighting, plan),
     }
     if has_colors(call) && call.shade != ShadeMode::Flat {
@@ -196,9 +201,10 @@ fn plan_lighting(
     lighting: &Lighting,
     geometry_info: &GeometryInfo,
     plan: &mut impl PlanRecord,
-    faces: u64,
+    asks: &Asks,
 ) {
     let mesh = &call.geometry.mesh;
+    let faces = mesh.triangles.len() as u64;
     let normal_bytes = size_of::<DVec3>() as u64;
     let flat = call.shade == ShadeMode::Flat;
     // A corner without a normal of its own takes the mean of its faces' normals.
@@ -225,9 +231,17 @@ fn plan_lighting(
             plan.add(Part::InterpolateColors, "lit at the corners", faces, 0);
         }
         _ => {
-            plan.add(Part::LightPixels, "SHADE phong: once a pixel", lighting.light_count() as u64, 0);
+            let reason = match (asks.highlight, asks.place) {
+                (true, _) => "SHADE phong: once a pixel, highlights where they reach 1/4 step",
+                (false, true) => "SHADE phong: once a pixel",
+                (false, false) => "SHADE phong: once a pixel, and once a large face of one normal",
+            };
+            plan.add(Part::LightPixels, reason, lighting.light_count() as u64, 0);
             plan.add(Part::InterpolateNormals, "lit per pixel", faces, 0);
-            plan.add(Part::InterpolatePositions, "lit per pixel", faces, 0);
+            match asks.place {
+                true => plan.add(Part::InterpolatePositions, "lit per pixel", faces, 0),
+                false => plan.leave_out(Part::InterpolatePositions, "matte, and lit from directions alone"),
+            }
         }
     }
 }

@@ -10,6 +10,8 @@ use glam::{DMat4, DVec3, DVec4};
 /// A transformed vertex.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Vertex {
+    /// Object-space position.
+    pub position: DVec3,
     /// Clip-space position.
     pub clip: DVec4,
     /// w - z in clip space, computed without cancellation.
@@ -37,6 +39,7 @@ impl Transform {
         let view = self.camera.view * (self.model * position.extend(1.0));
         let clip = self.camera.projection * view;
         Vertex {
+            position,
             clip,
             complement: self.camera.one_minus_z_row.dot(view),
             view_z: view.z,

@@ -177,6 +177,9 @@ pub struct Viewport {
     pub rule: ViewportRule,
 }
 
+/// Largest coordinate of an eye and of the point that it looks at: squares of more overflow.
+pub const FARTHEST_EYE: f64 = 1e150;
+
 /// Error of an unusable camera.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CameraError {
@@ -190,6 +193,11 @@ pub enum CameraError {
         near: f64,
         /// Distance to the far plane.
         far: f64,
+    },
+    /// The eye or the point that it looks at is so far from the origin that no direction is left.
+    TooFar {
+        /// The largest coordinate of the two points.
+        distance: f64,
     },
     /// The window or angle bounds no area.
     BadExtent {
@@ -208,6 +216,10 @@ impl fmt::Display for CameraError {
             CameraError::BadDepthRange { near, far } => {
                 write!(f, "near {near} and far {far} bound no volume")
             }
+            CameraError::TooFar { distance } => write!(
+                f,
+                "the eye or the point it looks at is {distance:e} from the origin, beyond {FARTHEST_EYE:e}"
+            ),
             CameraError::BadExtent { what, value } => write!(f, "{what} {value} bounds no view"),
         }
     }

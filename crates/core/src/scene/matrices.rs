@@ -3,7 +3,7 @@
 //! In every projection here w depends on view z alone, so points in front of the eye have w > 0; z
 //! is 0 on the near plane and w on the far one.
 
-use super::camera::{Camera, CameraError, CameraMatrices, LookAt, ObliqueKind, Projection};
+use super::camera::{Camera, CameraError, CameraMatrices, FARTHEST_EYE, LookAt, ObliqueKind, Projection};
 use crate::math::matrix::{self, unit};
 use crate::math::projection::{self as proj, ViewingTransformation, with_rows};
 use glam::{DMat4, DVec3, DVec4};
@@ -137,6 +137,14 @@ impl Camera {
     /// If the view has no direction, or the projection bounds no volume or area.
     pub fn matrices(&self, aspect: f64) -> Result<CameraMatrices, CameraError> {
         check("aspect", aspect, aspect > 0.0)?;
+        let points = match self.projection {
+            Projection::Window { vrp, p, .. } => [vrp, p],
+            _ => [self.look_at.eye, self.look_at.reference],
+        };
+        let distance = points.iter().fold(0.0f64, |most, p| most.max(p.abs().max_element()));
+        if distance > FARTHEST_EYE {
+            return Err(CameraError::TooFar { distance });
+        }
         match self.projection {
             Projection::Perspective { fov_rad, near, far, on_smaller_side } => {
                 let [kx, ky] = field_of_view(fov_rad, aspect, on_smaller_side)?;

@@ -26,7 +26,8 @@ mod view_overrides;
 pub(crate) use auto_framing::box_corners;
 pub use auto_framing::{FRAME_FOV_RAD, FRAME_MARGIN, frame, frame_along, frame_mesh};
 pub use camera::{
-    Camera, CameraError, CameraMatrices, LookAt, ObliqueKind, Projection, Viewport, ViewportRule,
+    Camera, CameraError, CameraMatrices, FARTHEST_EYE, LookAt, ObliqueKind, Projection, Viewport,
+    ViewportRule,
 };
 pub use description::{Background, Fog, FogKind, Geometry, Object, Scene, TransparencyOrder};
 pub use light::{Attenuation, Light, LightKind};

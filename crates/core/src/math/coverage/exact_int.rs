@@ -4,6 +4,7 @@
 
 use super::edge_walk::{EdgeWalk, Walk};
 use super::far_edge_walk::FarEdgeWalk;
+use crate::math::double_double::{DoubleDouble, sum_and_error};
 use num_bigint::{BigInt, Sign};
 use num_integer::Integer;
 use std::cmp::Ordering;
@@ -174,6 +175,22 @@ pub(super) fn snap_big(v: f64) -> BigInt {
     exact_big(v) << 8u32
 }
 
+/// Returns the integer nearest to 256 times a finite number of two parts, ties to even.
+pub(super) fn snap_wide(v: DoubleDouble) -> BigInt {
+    let near = snap_big(v.hi);
+    // Both rests are exact: that of the first part is 0 unless the second one is below 2^-52.
+    let scaled = v.hi * 256.0;
+    let rest = if scaled.is_finite() { scaled - scaled.round_ties_even() } else { 0.0 };
+    let (sum, error) = sum_and_error(rest, v.lo * 256.0);
+    let floor = sum.floor();
+    let beyond_half = (sum - floor - 0.5) + error;
+    let below: BigInt = near + exact_big(floor);
+    match beyond_half {
+        d if d > 0.0 || (d == 0.0 && below.is_odd()) => below + 1,
+        _ => below,
+    }
+}
+
 /// Converts an integral finite number exactly.
 fn exact_big(v: f64) -> BigInt {
     let (mantissa, exponent) = parts(v);
@@ -198,6 +215,22 @@ pub(crate) fn parts(v: f64) -> (i64, i32) {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    #[test]
+    fn two_parts_are_snapped_as_their_sum() {
+        let snapped = |hi: f64, lo: f64| snap_wide(DoubleDouble { hi, lo });
+        // Just below, at and just above a tie of small numbers, where one part rounds to the tie.
+        for (lo, want) in [(-1e-20, 2), (0.0, 2), (1e-20, 3)] {
+            assert_eq!(snapped(2.5 / 256.0, lo), BigInt::from(want), "{lo}");
+            assert_eq!(snapped(-2.5 / 256.0, -lo), BigInt::from(-want), "{lo}");
+        }
+        let far = |steps: f64| snapped(1e17, steps / 256.0) - BigInt::from(256) * BigInt::from(10i64.pow(17));
+        for (steps, want) in [(0.5, 0), (0.75, 1), (1.5, 2), (-0.5, 0), (-0.75, -1), (700.25, 700)] {
+            assert_eq!(far(steps), BigInt::from(want), "{steps}");
+        }
+        let large = 1e300;
+        assert_eq!(snapped(large, 1e280), snap_big(large) + snap_big(1e280));
+    }
 
     #[test]
     fn snapping_is_to_nearest_with_ties_to_even_at_every_size() {

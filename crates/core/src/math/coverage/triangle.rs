@@ -1,8 +1,9 @@
 //! Exact coverage of one triangle.
 
 use super::edge_walk::{Walk, first_row};
-use super::exact_int::{ExactInt, snap_big};
+use super::exact_int::{ExactInt, snap_big, snap_wide};
 use super::{PixelRect, Snapped, extent, snap_middle, snap_narrow, width_for};
+use crate::math::double_double::DoubleDouble;
 use crate::math::sort3;
 use num_bigint::BigInt;
 use std::cmp::Ordering;
@@ -30,6 +31,14 @@ impl SnappedTriangle {
             Snapped::Middle(()) => Snapped::Middle(points.map(|p| p.map(snap_middle))),
             Snapped::Huge(()) => Snapped::Huge(Box::new(points.map(|p| p.map(snap_big)))),
         })
+    }
+
+    /// Snaps three corners whose places have the digits of two f64, as [`Self::new`] does.
+    pub(crate) fn of_wide(points: [[DoubleDouble; 2]; 3]) -> Self {
+        if points.iter().flatten().any(|v| !v.is_finite()) {
+            return SnappedTriangle(Snapped::Narrow([[0; 2]; 3]));
+        }
+        SnappedTriangle(Snapped::Huge(Box::new(points.map(|p| p.map(snap_wide)))))
     }
 
     /// Returns the sign of the doubled area (x1-x0)(y2-y0) - (x2-x0)(y1-y0), with y down.

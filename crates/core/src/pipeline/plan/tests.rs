@@ -344,7 +344,7 @@ fn a_plan_prints_every_part_with_its_reason() {
         "  + video memory       the frame; 400 pixels, 1600 bytes",
         "  + transform vertices every position once; 7 vertices",
         "  - textures           no texture",
-        "  + light pixels       SHADE phong: once a pixel; 2 lights",
+        "  + light pixels       SHADE phong: once a pixel, and once a large face of one normal; 2 lights",
     ] {
         assert!(text.lines().any(|l| l == line), "no {line:?} in\n{text}");
     }

@@ -20,7 +20,8 @@ fn ndc(p: [f64; 2]) -> [f64; 2] {
 /// Returns a corner at a screen position, at distance `w` from the eye, with clip depth `z`.
 fn corner(screen: [f64; 2], w: f64, z: f64) -> Vertex {
     let [x, y] = ndc(screen);
-    Vertex { clip: DVec4::new(x * w, y * w, z, w), complement: w - z, view_z: -w, screen }
+    let clip = DVec4::new(x * w, y * w, z, w);
+    Vertex { position: clip.truncate(), clip, complement: w - z, view_z: -w, screen }
 }
 
 fn golden_plane(inputs: &Value, w: [f64; 3]) -> FacePlane {

@@ -1,18 +1,20 @@
 //! Lines and points of a mesh, and the edges of a wireframe.
 //!
-//! A line is clipped by the six planes (notes 000); its ends go to the pixels that contain them,
-//! joined by Bresenham's midpoint line (notes 001), both ends included. The cost is that of the
-//! part on the frame. Lines are not lit: their colour is Ke + Kd of their material (an unlit one's
-//! emission), times vertex colours. Depth is linear on the screen between the ends. A wide line is
-//! that line with each pixel repeated along the minor axis at the same depth. Pattern steps are
-//! counted from the first pixel after clipping, and continue along connected lines.
+//! A line is clipped by the six planes (notes 000), its ends are snapped to 1/256 pixel, and it draws
+//! the pixels of [`SnappedLine`]: one a column, or a row if it is steep, each within half a pixel of
+//! the segment. The cost is that of the part on the frame. Lines are not lit: their colour is Ke + Kd
+//! of their material (an unlit one's emission), times vertex colours. Depth is linear on the screen,
+//! that of the unsnapped line at the column's centre. A wide line is that line with each pixel
+//! repeated along the minor axis at the same depth. Pattern steps are counted from the first pixel
+//! after clipping, and continue along connected lines.
 //!
 //! SHADE wire draws each polygon edge once, from the lower position index, if CULL leaves one of
 //! its polygons. Under HIDE zbuffer hidden lines are removed by depth: the faces are first drawn
 //! into the depth memory only, and a line's pixel is visible if its depth, or that of one of its
 //! own faces there, is not behind the stored one.
 
-use crate::math::bresenham::BresenhamLine;
+use super::line_clip::{LineEnd, clip_ends};
+use crate::math::snapped_line::SnappedLine;
 use crate::memory::{blend, opaque};
 use crate::pipeline::clip::{ClipVertex, ClippedLine, clip_line};
 use crate::pipeline::draw_call::{DrawStats, Target};
@@ -24,9 +26,6 @@ use crate::pipeline::shade::visibility;
 use crate::scene::{Corner, HiddenSurface, LightingModel, LineKind, LineStyle, Material, Mesh};
 use glam::{DVec3, DVec4};
 use std::collections::HashMap;
-
-/// Varyings of a line: w - z, world x y z, colour r g b a.
-type LineVertex = ClipVertex<8>;
 
 /// Depth test of a line's pixels.
 #[derive(Clone, Copy)]
@@ -92,7 +91,7 @@ impl PreparedDraw<'_> {
                 .call
                 .material_of(&mesh.polygons[edge.polygon], crate::pipeline::assemble::Facing::Front)
                 .0;
-            let ends = edge.corners.map(|c| self.line_vertex(&mesh.corners[c as usize], material));
+            let ends = edge.corners.map(|c| self.line_end(&mesh.corners[c as usize], material));
             let planes = edge.planes.map(|t| FacePlane::new(self.corner_vertices(t?).each_ref()));
             let rule = if hides { DepthRule::Edge(&planes) } else { DepthRule::Strict };
             self.draw_line(ends, material, rule, &mut Pen::THIN.clone(), target, stats);
@@ -163,7 +162,7 @@ impl PreparedDraw<'_> {
             }
             last = Some(to);
             let material = self.call.material_of_line(i);
-            let ends = [from, to].map(|c| self.line_vertex(&mesh.corners[c as usize], material));
+            let ends = [from, to].map(|c| self.line_end(&mesh.corners[c as usize], material));
             self.draw_line(ends, material, DepthRule::Strict, &mut pen, target, stats);
         }
     }
@@ -179,7 +178,7 @@ impl PreparedDraw<'_> {
             }
             self.preemption.point(target);
             let material = self.call.material_of_point(i);
-            let v = self.line_vertex(&mesh.corners[c as usize], material);
+            let v = self.line_end(&mesh.corners[c as usize], material).clip;
             if let Some(ClippedLine { ends: [v, _], .. }) = clip_line(v, v) {
                 stats.points_drawn += 1;
                 let [x, y] = self.pixel(v.pos_clip);
@@ -196,8 +195,8 @@ impl PreparedDraw<'_> {
         }
     }
 
-    /// Returns a corner in clip space with the varyings of a line.
-    fn line_vertex(&self, corner: &Corner, material: &Material) -> LineVertex {
+    /// Returns a corner with the varyings of a line.
+    fn line_end(&self, corner: &Corner, material: &Material) -> LineEnd {
         let mesh = &self.call.geometry.mesh;
         let v = self.vertex(corner.position);
         let p = self.assembler.transform.world(mesh.positions[corner.position as usize]);
@@ -209,12 +208,11 @@ impl PreparedDraw<'_> {
             _ => LitColor { diffuse_ambient: material.kd, specular_emissive: material.emissive },
         };
         let rgb = diffuse_ambient * color.truncate() + specular_emissive;
-        ClipVertex { pos_clip: v.clip, varyings: [v.complement, p.x, p.y, p.z, rgb.x, rgb.y, rgb.z, color.w] }
+        let varyings = [v.complement, p.x, p.y, p.z, rgb.x, rgb.y, rgb.z, color.w];
+        LineEnd { vertex: v, clip: ClipVertex { pos_clip: v.clip, varyings } }
     }
 
-    /// Returns the pixel that contains a clip-space point. Ends that were clipped lie in the
-    /// viewport, unless their values are at the end of their range: these are clamped so that steps
-    /// can be counted.
+    /// Returns the pixel that contains a clip-space point, clamped to i32.
     fn pixel(&self, clip: DVec4) -> [i64; 2] {
         let range = [i32::MIN, i32::MAX].map(f64::from);
         self.assembler.transform.on_screen(clip).map(|v| v.floor().clamp(range[0], range[1]) as i64)
@@ -223,23 +221,24 @@ impl PreparedDraw<'_> {
     /// Clips a line and draws its visible pixels that the pattern leaves on; advances `pen`.
     fn draw_line(
         &self,
-        ends: [LineVertex; 2],
+        ends: [LineEnd; 2],
         material: &Material,
         rule: DepthRule,
         pen: &mut Pen,
         target: &mut Target,
         stats: &mut DrawStats,
     ) {
-        let Some(ClippedLine { ends: [a, b], .. }) = clip_line(ends[0], ends[1]) else { return };
+        let Some([a, b]) = clip_ends(self.transform(), ends.each_ref()) else { return };
         stats.lines_drawn += 1;
         let [wa, wb] = [a.pos_clip.w, b.pos_clip.w];
         let (za, zb) = (a.pos_clip.z / wa, b.pos_clip.z / wb);
         let (ca, cb) = (a.varyings[0] / wa, b.varyings[0] / wb);
-        let line = BresenhamLine::new(self.pixel(a.pos_clip), self.pixel(b.pos_clip));
-        let length = line.major.steps;
+        let on_screen = [&a, &b].map(|v| self.transform().on_screen(v.pos_clip));
+        let line = SnappedLine::new(on_screen[0], on_screen[1]);
+        let [from, to] = on_screen.map(|[x, y]| if line.is_x_major { x } else { y });
         let LineStyle { width, kind } = pen.style;
         let first = pen.step;
-        pen.step += length;
+        pen.step += line.steps();
         for k in line.steps_along(self.assembler.transform.screen.clip) {
             // On a large target each pixel may be in memory that was never used.
             if k % FEW_STEPS == 0 {
@@ -249,7 +248,8 @@ impl PreparedDraw<'_> {
                 continue;
             }
             let [x, y] = line.at(k);
-            let s = if length == 0 { 0.0 } else { k as f64 / length as f64 };
+            let centre = if line.is_x_major { x } else { y } as f64 + 0.5;
+            let s = if from == to { 0.0 } else { ((centre - from) / (to - from)).clamp(0.0, 1.0) };
             // Perspective-correct: linear in space, not on the screen.
             let t = if self.is_affine() { s } else { (s / wb) / ((1.0 - s) / wa + s / wb) };
             let varyings = std::array::from_fn(|i| a.varyings[i] + (b.varyings[i] - a.varyings[i]) * t);

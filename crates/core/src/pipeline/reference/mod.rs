@@ -5,6 +5,7 @@
 //! It runs on the calling thread and imports nothing of the tile renderer.
 
 mod faces;
+mod line_clip;
 mod lines;
 mod rasterize;
 

@@ -7,7 +7,7 @@
 use super::attribute_fetch::{Corners, Few, MOST_FEW, gather3, most_few};
 use super::exact_faces::{self, ExactFace};
 use super::interpolate::{Barycentrics, FragmentInputs, add};
-use super::lighting::{MaterialLighting, pack, splat3};
+use super::lighting::{MaterialLighting, light, pack, splat3};
 use super::shading_state::{ColorSource, Shading};
 use super::tile_buffers::{EXACT_FACE_BIT, NO_FACE};
 use super::vertex::ScreenVertex;
@@ -221,34 +221,78 @@ impl Faces<'_> {
         (color, if needs_w { mask } else { needs_f64 | off })
     }
 
-    /// Returns the one colour of a face, if a cheap test shows that it has only one.
+    /// Returns the packed colour of a face that was set up in f64, if a cheap test shows that it has
+    /// only one.
     #[inline(always)]
-    pub fn only_color(&self, face: usize) -> Option<[f32; 3]> {
+    pub fn only_color<S: Simd>(&self, s: S, face: usize, exact_face: Option<&ExactFace>) -> Option<S::I> {
+        if let ColorSource::Pixels(normals) = self.shading.shader.source {
+            return self.evenly_lit_color(s, normals, face, exact_face?.is_normal_flipped);
+        }
+        self.stored_color(face).map(|color| pack(s, splat3(s, color)))
+    }
+
+    /// Returns the packed colour of a face whose corners have one normal, if no light or highlight
+    /// depends on the place.
+    #[inline(always)]
+    fn evenly_lit_color<S: Simd>(
+        &self,
+        s: S,
+        normals: &[[f32; 4]],
+        face: usize,
+        is_normal_flipped: bool,
+    ) -> Option<S::I> {
+        let shading = self.shading;
+        let [only] = shading.bindings else { return None };
+        let lighting = &only.lighting;
+        let has_one_color = only.texture.is_none() && shading.shader.fog.is_none() && !lighting.needs_place;
+        if !has_one_color || !shading.shader.colors.is_empty() {
+            return None;
+        }
+        let normal = self.common_value(normals, face)?;
+        let length2 = (normal[0] * normal[0] + normal[1] * normal[1]) + normal[2] * normal[2];
+        if lighting.lights.is_empty() || length2.is_nan() || length2 < 1e-4 {
+            return None;
+        }
+        let length = length2.sqrt();
+        let normal = normal.map(|v| if is_normal_flipped { -(v / length) } else { v / length });
+        let nowhere = [s.splat(0.0); 3];
+        let lit = light(s, lighting, nowhere, splat3(s, normal), nowhere);
+        Some(pack(s, add::<S>(lit.diffuse, lit.specular)))
+    }
+
+    /// Returns the values of a table at a face's corners, if they are equal.
+    #[inline(always)]
+    fn common_value(&self, table: &[[f32; 4]], face: usize) -> Option<[f32; 3]> {
+        let [c0, c1, c2, _] = self.corners[face];
+        let [v0, v1, v2] =
+            [table[c0.to_bits() as usize], table[c1.to_bits() as usize], table[c2.to_bits() as usize]];
+        (v0 == v1 && v1 == v2).then_some([v0[0], v0[1], v0[2]])
+    }
+
+    /// Returns the one colour of a face that the tables have, if they have only one.
+    #[inline(always)]
+    fn stored_color(&self, face: usize) -> Option<[f32; 3]> {
         let shading = self.shading;
         let [only] = shading.bindings else { return None };
         if only.texture.is_some() || shading.shader.fog.is_some() {
             return None;
         }
-        let [c0, c1, c2, _] = self.corners[face];
-        let alike = |table: &[[f32; 4]]| {
-            let [v0, v1, v2] =
-                [table[c0.to_bits() as usize], table[c1.to_bits() as usize], table[c2.to_bits() as usize]];
-            (v0 == v1 && v1 == v2).then_some([v0[0], v0[1], v0[2]])
-        };
         let (diffuse, specular) = (only.lighting.diffuse, only.lighting.specular);
         match shading.shader.source {
             ColorSource::Constant if shading.shader.colors.is_empty() => {
                 Some([diffuse[0] + specular[0], diffuse[1] + specular[1], diffuse[2] + specular[2]])
             }
             ColorSource::Constant => {
-                let c = alike(shading.shader.colors)?;
+                let c = self.common_value(shading.shader.colors, face)?;
                 Some([
                     diffuse[0] * c[0] + specular[0],
                     diffuse[1] * c[1] + specular[1],
                     diffuse[2] * c[2] + specular[2],
                 ])
             }
-            ColorSource::Vertices(table, []) if shading.shader.colors.is_empty() => alike(table),
+            ColorSource::Vertices(table, []) if shading.shader.colors.is_empty() => {
+                self.common_value(table, face)
+            }
             ColorSource::Faces(table, []) if shading.shader.colors.is_empty() => {
                 let [r, g, b, _] = table[face];
                 Some([r, g, b])

@@ -119,7 +119,11 @@ impl FragmentShader<'_> {
                 let n_inverse = s.splat(1.0) / length2.sqrt();
                 let n_inverse = s.select(inputs.turn, s.splat(0.0) - n_inverse, n_inverse);
                 let normal = scale::<S>(blended, n_inverse);
-                let (position, to_viewer) = self.position_and_viewer(s, mask, inputs, b);
+                let nowhere = [s.splat(0.0); 3];
+                let (position, to_viewer) = match lighting.needs_place {
+                    true => self.position_and_viewer(s, mask, inputs, b),
+                    false => (nowhere, nowhere),
+                };
                 let lit = light(s, lighting, position, normal, to_viewer);
                 needs_f64 = needs_f64 | (lit.needs_f64 & mask);
                 (lit.diffuse, lit.specular)

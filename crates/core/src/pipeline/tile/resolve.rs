@@ -12,7 +12,6 @@ use super::attribute_fetch::Few;
 use super::exact_faces::ExactFace;
 use super::face_tables::Faces;
 use super::interpolate::FragmentInputs;
-use super::lighting::{pack, splat3};
 use super::texture_queue::{QUEUE_CAPACITY, TextureQueue};
 use super::tile_buffers::{EXACT_FACE_BIT, ID_STRIDE, NO_FACE, Tile};
 use crate::math::coverage::PixelRect;
@@ -341,8 +340,9 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             left = left & !same;
             let face = id & !EXACT_FACE_BIT;
             if cached.face != face {
-                let color = self.faces.only_color(face as usize).map(|c| pack(s, splat3(s, c)));
-                *cached = CachedFace { face, exact_face: (self.faces.exact_face)(face as u32), color };
+                let exact_face = (self.faces.exact_face)(face as u32);
+                let color = self.faces.only_color(s, face as usize, exact_face);
+                *cached = CachedFace { face, exact_face, color };
             }
             if let Some(color) = cached.color {
                 s.store_masked_bytes(same, color, &mut self.bytes[at..at + S::LANES * 4]);

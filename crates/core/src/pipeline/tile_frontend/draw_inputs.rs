@@ -56,7 +56,7 @@ impl PreparedDraw<'_> {
             true => prepared.materials.len() as i32,
             false => 0,
         };
-        let needs_positions = (call.shade == ShadeMode::Phong && is_lit || fog.is_some())
+        let needs_positions = (self.parts.uses(Part::InterpolatePositions) || fog.is_some())
             && (call.interp == Interpolation::Affine || matches!(self.space.eye, Eye::Parallel { .. }));
         DrawInputs {
             prepared,

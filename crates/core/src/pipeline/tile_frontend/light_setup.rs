@@ -276,13 +276,16 @@ impl Lighting {
         if is_lit {
             lights.extend(self.lights().iter().filter_map(|l| l.fast(material, &point, &direction)));
         }
-        MaterialLighting {
+        let mut material_lighting = MaterialLighting {
             diffuse: f32s(constant.diffuse_ambient),
             specular: f32s(constant.specular_emissive),
             lights,
             exponent: exponent(material).filter(|_| is_lit).unwrap_or(Exponent::Integer(0)),
             model: material.model,
-        }
+            needs_place: self.depends_on_place(material),
+        };
+        material_lighting.find_dark_cosines();
+        material_lighting
     }
 }
 
@@ -330,6 +333,7 @@ impl PreparedLight {
             ambient: f32s(material.ka * light.ambient),
             diffuse: f32s(material.kd * light.color),
             specular: f32s(material.ks * light.color),
+            dark_cosine: -1.0,
             attenuation: (attenuation != Attenuation::NONE)
                 .then(|| [attenuation.c, attenuation.l, attenuation.q].map(|v| v as f32)),
             is_clamped: light.clamp_attenuation,

@@ -50,6 +50,21 @@ fn golden_camera_matrix() {
 }
 
 #[test]
+fn an_eye_whose_squares_overflow_is_refused() {
+    let seen_from = |distance: f64, reference: DVec3| {
+        let look_at = look_at(DVec3::new(0.0, -distance, 0.0), reference, DVec3::Z);
+        Camera { look_at, ..Camera::default() }.matrices(1.0)
+    };
+    assert!(seen_from(1e150, DVec3::ZERO).is_ok());
+    for (distance, reference) in [(1e154, DVec3::ZERO), (1e308, DVec3::ZERO), (1.0, DVec3::X * -1e154)] {
+        let error = seen_from(distance, reference).unwrap_err();
+        let far = distance.max(reference.abs().max_element());
+        assert_eq!(error, CameraError::TooFar { distance: far });
+        assert!(error.to_string().ends_with("from the origin, beyond 1e150"), "{error}");
+    }
+}
+
+#[test]
 fn golden_view_plane_pipeline() {
     let g = golden("seed001_pipeline_matrices");
     let tolerance = number(&g["tolerance"]["absolute"]);
