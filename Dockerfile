@@ -3,7 +3,10 @@
 #   docker build -t fbptr .
 #   docker run --rm -p 1234:1234 -p 127.0.0.1:9100:9100 --memory 2g --read-only -v wall:/data fbptr
 #
-# Without the window: the program needs the C library alone. Both stages are Debian 12, so that it is the same one.
+# Without the window: the program needs the C library alone. Both stages are Debian 12, so that it is the same one. A
+# release takes the program of its archives, which `.ci/release/build` made (`.ci/release/image`): PROGRAM=packed.
+
+ARG PROGRAM=build
 
 FROM rust:1-slim-bookworm AS build
 WORKDIR /src
@@ -12,9 +15,15 @@ RUN cargo build --release --locked --no-default-features --features cli --bin fb
     && install -s -m 755 target/release/fbptr /fbptr \
     && install -d -m 750 /data
 
+FROM scratch AS packed
+COPY target/packed/x86_64-unknown-linux-gnu/fbptr /fbptr
+WORKDIR /data
+
+FROM ${PROGRAM} AS program
+
 FROM debian:bookworm-slim
-COPY --from=build /fbptr /usr/local/bin/fbptr
-COPY --from=build --chown=65532:65532 /data /data
+COPY --from=program /fbptr /usr/local/bin/fbptr
+COPY --from=program --chown=65532:65532 /data /data
 USER 65532:65532
 VOLUME /data
 EXPOSE 1234 9100

@@ -1,8 +1,9 @@
 //! Compiles the preload library of `fbptr run` (`preload/lib.rs`) for Linux with the GNU C library,
-//! so that the program carries it. Elsewhere nothing is compiled. The cfg `fbptr_preload` says that
-//! there is one; crates above read it as `DEP_FBPTR_PRELOAD_IS_BUILT`.
+//! so that the program carries it, compressed. Elsewhere nothing is compiled. The cfg
+//! `fbptr_preload` says that there is one; crates above read it as `DEP_FBPTR_PRELOAD_IS_BUILT`.
 
 use std::env;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -50,4 +51,8 @@ fn compile(out: &Path, options: &[&str]) {
     }
     let status = rustc.status().expect("rustc starts");
     assert!(status.success(), "the preload library does not compile: {status}");
+    let library = std::fs::read(out).expect("the library is there");
+    let packed = std::fs::File::create(out.with_extension("so.gz")).expect("a file beside it");
+    let mut packer = flate2::write::GzEncoder::new(packed, flate2::Compression::best());
+    packer.write_all(&library).and_then(|()| packer.finish()).expect("a compressed file");
 }

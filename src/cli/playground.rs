@@ -11,7 +11,8 @@ use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-const PAGE: &[u8] = include_bytes!("../../docs/playground/index.html");
+/// The page, as gzip.
+const PAGE: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/playground.html.gz"));
 /// Most bytes of a request up to its empty line.
 const MAX_HEAD_BYTES: usize = 4096;
 /// Longest time of one connection.
@@ -44,9 +45,14 @@ impl Playground {
         if self.open {
             open(&link);
         }
+        let mut page = Vec::new();
+        if let Err(e) = flate2::read::GzDecoder::new(PAGE).read_to_end(&mut page) {
+            say_as_program(format_args!("the page: {e}"));
+            return Status::Failed;
+        }
         for connection in listener.incoming().flatten() {
             // Whoever asks and goes away loses his own answer alone.
-            let _ = answer(connection);
+            let _ = answer(connection, &page);
         }
         Status::Success
     }
@@ -66,7 +72,7 @@ fn open(link: &str) {
 }
 
 /// Reads a request's head and writes its answer.
-fn answer(mut connection: TcpStream) -> io::Result<()> {
+fn answer(mut connection: TcpStream, page: &[u8]) -> io::Result<()> {
     let end = Instant::now() + PATIENCE;
     let mut head = Vec::new();
     while !head.windows(4).any(|w| w == b"\r\n\r\n") {
@@ -83,7 +89,7 @@ fn answer(mut connection: TcpStream) -> io::Result<()> {
     }
     connection.set_write_timeout(Some(PATIENCE))?;
     let (status, kind, body) = match requested(&head) {
-        Some("/" | "/index.html") => ("200 OK", "text/html; charset=utf-8", PAGE),
+        Some("/" | "/index.html") => ("200 OK", "text/html; charset=utf-8", page),
         Some(_) => ("404 Not Found", "text/plain", &b"only / is here\n"[..]),
         None => ("400 Bad Request", "text/plain", &b"expected GET / from this machine\n"[..]),
     };

@@ -20,6 +20,7 @@ mod movie;
 mod outputs;
 mod play;
 mod playground;
+mod releases;
 mod report;
 #[path = "../support/tools.rs"]
 mod tools;

@@ -93,12 +93,12 @@ impl Config {
 /// The path that cannot be written.
 #[cfg(fbptr_preload)]
 pub fn folder() -> Result<PathBuf, String> {
-    use crate::fbdev::GLUT_LIBRARY;
     let home = || std::env::var_os("HOME").map(|home| Path::new(&home).join(".cache"));
     let cache = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).filter(|path| path.is_absolute());
     let cache = cache.or_else(home).unwrap_or_else(std::env::temp_dir).join("fbptr");
+    let library = crate::fbdev::preload_library(true).map_err(|e| e.to_string())?;
     let mut sum = crc32fast::Hasher::new();
-    sum.update(GLUT_LIBRARY);
+    sum.update(&library);
     HEADERS.iter().for_each(|(name, text)| [name, text].iter().for_each(|part| sum.update(part.as_bytes())));
     let folder = cache.join(format!("glut-{}-{:08x}", env!("CARGO_PKG_VERSION"), sum.finalize()));
     if folder.is_dir() {
@@ -106,7 +106,7 @@ pub fn folder() -> Result<PathBuf, String> {
     }
     // Written beside its place and renamed: it is whole, or not there.
     let new = cache.join(format!("glut-{}", std::process::id()));
-    write(&new).map_err(|e| format!("{}: {e}", new.display()))?;
+    write(&new, &library).map_err(|e| format!("{}: {e}", new.display()))?;
     match std::fs::rename(&new, &folder) {
         Ok(()) => Ok(folder),
         // Another process has written it meanwhile.
@@ -119,7 +119,7 @@ pub fn folder() -> Result<PathBuf, String> {
 }
 
 #[cfg(fbptr_preload)]
-fn write(folder: &Path) -> std::io::Result<()> {
+fn write(folder: &Path, library: &[u8]) -> std::io::Result<()> {
     for (name, text) in HEADERS {
         let path = folder.join("include").join(name);
         std::fs::create_dir_all(path.parent().unwrap_or(folder))?;
@@ -127,7 +127,7 @@ fn write(folder: &Path) -> std::io::Result<()> {
     }
     let lib = folder.join("lib");
     std::fs::create_dir_all(&lib)?;
-    std::fs::write(lib.join("libglut.so.3"), crate::fbdev::GLUT_LIBRARY)?;
+    std::fs::write(lib.join("libglut.so.3"), library)?;
     LINKS
         .iter()
         .try_for_each(|name| std::os::unix::fs::symlink("libglut.so.3", lib.join(format!("lib{name}.so"))))

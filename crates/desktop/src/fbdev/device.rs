@@ -10,15 +10,26 @@ pub use fbptr_core::memory::DeviceMemory;
 use rustix::fs::{MemfdFlags, fstat, memfd_create};
 use rustix::thread::futex;
 use std::fs::File;
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::os::fd::{AsFd, AsRawFd};
 use std::os::unix::fs::FileExt;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// The compiled preload library.
-const LIBRARY: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/fbptr_preload.so"));
+/// The compiled preload library, as gzip.
+const LIBRARY: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/fbptr_preload.so.gz"));
 /// Its variant that also stands for GLUT and OpenGL.
-pub const GLUT_LIBRARY: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/fbptr_glut.so"));
+const GLUT_LIBRARY: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/fbptr_glut.so.gz"));
+
+/// Returns the preload library, or its variant that also stands for GLUT and OpenGL.
+///
+/// # Errors
+/// None: what is compiled in can be read.
+pub fn preload_library(is_glut: bool) -> io::Result<Vec<u8>> {
+    let mut library = Vec::new();
+    let packed = if is_glut { GLUT_LIBRARY } else { LIBRARY };
+    flate2::read::GzDecoder::new(packed).read_to_end(&mut library)?;
+    Ok(library)
+}
 
 /// Screens' worth of memory that a device has: two more than are visible, for page flipping.
 const SCREENS: u64 = 3;
@@ -67,7 +78,7 @@ impl Device {
         let limits = DeviceLimits { width, height, smem_len, hz: options.hz, format, least_line };
         let control = DeviceMemory::new("fbptr-control", at::CONTROL_BYTES)?;
         let mut library = File::from(memfd_create("fbptr-preload", MemfdFlags::CLOEXEC)?);
-        library.write_all(if options.is_glut { GLUT_LIBRARY } else { LIBRARY })?;
+        library.write_all(&preload_library(options.is_glut)?)?;
         let attributes = WRITABLE.iter().map(|name| sysfs::attribute(name)).collect::<io::Result<_>>()?;
         let memory = DeviceMemory::new("fbptr-fb0", bytes as usize)?;
         let device = Device { memory, control, library, attributes, limits };

@@ -28,7 +28,7 @@ mod scanout;
 mod stores;
 mod sysfs;
 
-pub use device::{Device, DeviceOptions, GLUT_LIBRARY};
+pub use device::{Device, DeviceOptions, preload_library};
 pub use input::{InputDevices, typing};
 pub use layout::{ENVIRONMENT, OPENS_AT, TERMINALS};
 pub use mode::{FORMATS, Format};
