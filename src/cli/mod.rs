@@ -16,6 +16,7 @@ mod draw;
 mod expect;
 mod eye;
 mod frame_clock;
+mod grade;
 mod help;
 mod interval;
 mod magic;
@@ -88,6 +89,8 @@ enum Task {
     Render(render::Render),
     /// Compare a picture with the exact one, and say what is wrong with each wrong pixel
     Compare(compare::Compare),
+    /// Grade a program by a sheet of an assignment, each item beside its exact picture
+    Grade(grade::Grade),
     /// Verify frames that were drawn in parts, and join them
     Batch(batch::Batch),
     /// Look at a mesh, a scene or a stream from everywhere
@@ -141,6 +144,7 @@ pub fn main() -> ExitCode {
         Task::Config(config) => config.run(),
         Task::Render(render) => render.run(),
         Task::Compare(compare) => compare.run(),
+        Task::Grade(grade) => grade.run(),
         Task::Batch(batch) => batch.run(),
         Task::View(view) => view.run(),
         Task::Snap(snap) => snap.run(),

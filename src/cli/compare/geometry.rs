@@ -50,6 +50,12 @@ impl Figures {
         match figure {
             Figure::Line { p0, p1, color } => self.line([p0, p1], color),
             Figure::Triangle { points, colors: AreaColors::One(color) } => self.outline(&points, color),
+            Figure::Triangle { points, colors: AreaColors::Three(colors) } => {
+                for (i, next) in [(0, 1), (1, 2), (2, 0)] {
+                    let color = RampColor { from: colors[i], to: Some(colors[next]) };
+                    self.line([points[i], points[next]], color);
+                }
+            }
             Figure::Poly { color, points } => self.outline(&points, color),
             Figure::Rect { rect: r, color } => {
                 let [x1, y1] = [r.x.saturating_add(r.w - 1), r.y.saturating_add(r.h - 1)];

@@ -6,7 +6,7 @@
 //! in a folder of its own, which is removed at the end; a Makefile writes where it does elsewhere.
 
 #[cfg(fbptr_preload)]
-mod build;
+pub(super) mod build;
 pub mod config;
 
 use super::Status;

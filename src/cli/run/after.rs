@@ -5,6 +5,8 @@ use std::time::{Duration, Instant};
 
 /// Time without a change that counts as still, if none is given.
 const STILL: Duration = Duration::from_millis(500);
+/// Time that a picture has to become still, if no limit is given.
+const STILL_LIMIT: Duration = Duration::from_secs(60);
 
 /// A moment in the program's life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,31 +52,62 @@ pub fn time_of(text: &str) -> Option<Duration> {
     (0.0..=86_400.0).contains(&seconds).then(|| Duration::from_secs_f64(seconds))
 }
 
+/// Reads `--limit`: the time after which a program is ended in any case. One that waits for a still
+/// picture has a limit of its own.
+///
+/// # Errors
+/// A text that is no time.
+pub fn limit_of(text: Option<&str>, after: Option<After>) -> Result<Option<Duration>, String> {
+    match (text, after) {
+        (Some(text), _) => match time_of(text) {
+            Some(time) => Ok(Some(time)),
+            None => Err(format!("--limit: 10s or 500ms is expected, not {text:?}")),
+        },
+        (None, Some(After::Still(_))) => Ok(Some(STILL_LIMIT)),
+        (None, _) => Ok(None),
+    }
+}
+
+/// Moment that has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Moment {
+    /// That of `--after`.
+    After,
+    /// The limit.
+    Limit,
+}
+
 /// Counts the frames of a program until its moment has come.
 #[derive(Debug)]
 pub struct Countdown {
-    after: After,
+    after: Option<After>,
+    limit: Option<Duration>,
     started: Instant,
     frames: u64,
     changed: Option<Instant>,
 }
 
 impl Countdown {
-    pub fn new(after: After, now: Instant) -> Self {
-        Countdown { after, started: now, frames: 0, changed: None }
+    pub fn new(after: Option<After>, limit: Option<Duration>, now: Instant) -> Self {
+        Countdown { after, limit, started: now, frames: 0, changed: None }
     }
 
-    /// Notes a frame, and returns whether the moment has come. While input is replayed, no picture
-    /// is still.
-    pub fn note(&mut self, is_changed: bool, is_replayed: bool, now: Instant) -> bool {
+    /// Notes a frame, and returns the moment that has come. While input is replayed, no picture is
+    /// still.
+    pub fn note(&mut self, is_changed: bool, is_replayed: bool, now: Instant) -> Option<Moment> {
         self.frames += u64::from(is_changed);
         if is_changed || (is_replayed && self.changed.is_some()) {
             self.changed = Some(now);
         }
-        match self.after {
+        let has_come = self.after.is_some_and(|after| match after {
             After::Time(time) => now >= self.started + time,
             After::Frames(frames) => self.frames >= frames,
             After::Still(time) => self.changed.is_some_and(|changed| now >= changed + time),
+        });
+        let is_over = || self.limit.is_some_and(|limit| now >= self.started + limit);
+        match has_come {
+            true => Some(Moment::After),
+            false => is_over().then_some(Moment::Limit),
         }
     }
 }
@@ -104,23 +137,40 @@ mod tests {
     fn a_countdown_ends_once_its_moment_has_come() {
         let now = Instant::now();
         let at = |ms: u64| now + Duration::from_millis(ms);
-        let mut frames = Countdown::new(After::Frames(2), now);
+        let start = |after| Countdown::new(Some(after), None, now);
+        let mut frames = start(After::Frames(2));
         let seen = [
             frames.note(true, false, at(1)),
             frames.note(false, true, at(2)),
             frames.note(true, false, at(3)),
         ];
-        assert_eq!(seen, [false, false, true]);
-        let mut still = Countdown::new(After::Still(Duration::from_millis(100)), now);
+        assert_eq!(seen, [None, None, Some(Moment::After)]);
+        let mut still = start(After::Still(Duration::from_millis(100)));
         let seen = [
             still.note(false, true, at(500)),
             still.note(true, false, at(600)),
             still.note(false, true, at(650)),
         ];
-        assert_eq!(seen, [false; 3]);
-        assert!(!still.note(true, false, at(700)));
-        assert!(!still.note(false, false, at(799)) && still.note(false, false, at(800)));
-        let mut time = Countdown::new(After::Time(Duration::from_millis(50)), now);
-        assert!(!time.note(true, false, at(49)) && time.note(false, true, at(50)));
+        assert_eq!(seen, [None; 3]);
+        assert_eq!(still.note(true, false, at(700)), None);
+        assert_eq!(still.note(false, false, at(799)), None);
+        assert_eq!(still.note(false, false, at(800)), Some(Moment::After));
+        let mut time = start(After::Time(Duration::from_millis(50)));
+        assert_eq!(time.note(true, false, at(49)), None);
+        assert_eq!(time.note(false, true, at(50)), Some(Moment::After));
+    }
+
+    #[test]
+    fn a_picture_that_is_never_still_has_a_limit() {
+        let still = After::Still(STILL);
+        assert_eq!(limit_of(None, Some(still)), Ok(Some(STILL_LIMIT)));
+        assert_eq!(limit_of(None, Some(After::Frames(3))), Ok(None));
+        assert_eq!(limit_of(Some("2s"), None), Ok(Some(Duration::from_secs(2))));
+        assert!(limit_of(Some("2"), None).is_err());
+        let now = Instant::now();
+        let mut count = Countdown::new(Some(still), Some(Duration::from_secs(1)), now);
+        let at = |ms: u64| now + Duration::from_millis(ms);
+        let seen = [400, 800, 1200].map(|ms| count.note(true, false, at(ms)));
+        assert_eq!(seen, [None, None, Some(Moment::Limit)]);
     }
 }

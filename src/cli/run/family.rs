@@ -5,8 +5,8 @@
 //! ends what is left if a program kills the starter.
 
 use crate::fbdev::OPENS_AT;
-use rustix::process::{Pid, Signal, kill_process};
-use std::collections::HashSet;
+use rustix::process::{Pid, Signal, getpgrp, kill_process, kill_process_group};
+use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::os::unix::fs::{FileExt, MetadataExt};
 use std::time::{Duration, Instant};
@@ -21,6 +21,7 @@ const LOOK: Duration = Duration::from_millis(10);
 pub struct Process {
     pub pid: Pid,
     parent: Option<Pid>,
+    group: Option<Pid>,
     /// The process that leads its session.
     session: Option<Pid>,
 }
@@ -68,17 +69,18 @@ fn process(pid: Pid, line: &str) -> Option<Process> {
         return None;
     }
     let mut number = |skipped: usize| Some(Pid::from_raw(words.nth(skipped)?.parse().ok()?));
-    Some(Process { pid, parent: number(0)?, session: number(1)? })
+    Some(Process { pid, parent: number(0)?, group: number(0)?, session: number(0)? })
 }
 
 /// Returns the processes below `root`.
 fn descendants(root: Pid, all: &[Process]) -> Vec<Process> {
+    let mut children: HashMap<Option<Pid>, Vec<Process>> = HashMap::new();
+    all.iter().for_each(|process| children.entry(process.parent).or_default().push(*process));
     let mut found: Vec<Process> = Vec::new();
     let mut parents = vec![root];
     while let Some(parent) = parents.pop() {
-        let children = all.iter().filter(|process| process.parent == Some(parent));
-        // A list that was read while processes came and went might have a circle.
-        let new: Vec<Process> = children.filter(|child| !found.contains(child)).copied().collect();
+        // A list that was read while processes came and went might have a circle: none is taken twice.
+        let new = children.remove(&Some(parent)).unwrap_or_default();
         parents.extend(new.iter().map(|child| child.pid));
         found.extend(new);
     }
@@ -107,6 +109,29 @@ pub fn end(members: Members) -> Vec<Process> {
             }
         }
         std::thread::sleep(LOOK);
+    }
+}
+
+/// Kills processes with their groups, unless that is this process's own: a group is killed at once,
+/// so that processes which start others faster than they are found end, too.
+pub fn kill_groups(processes: &[Process]) {
+    let own = Some(getpgrp());
+    let groups: HashSet<Pid> = processes.iter().filter_map(|p| p.group.filter(|_| p.group != own)).collect();
+    // A signal fails for what has just ended.
+    groups.into_iter().for_each(|group| _ = kill_process_group(group, Signal::KILL));
+    processes.iter().for_each(|process| _ = kill_process(process.pid, Signal::KILL));
+}
+
+/// Kills the members below this process, without asking them, until there are none; gives up after
+/// twice [`PATIENCE`].
+pub fn kill(members: Members) {
+    let started = Instant::now();
+    loop {
+        let left = below(members);
+        if left.is_empty() || started.elapsed() >= 2 * PATIENCE {
+            return;
+        }
+        kill_groups(&left);
     }
 }
 
@@ -171,6 +196,7 @@ mod tests {
         let of = |pid, parent| Process {
             pid: Pid::from_raw(pid).unwrap(),
             parent: Pid::from_raw(parent),
+            group: None,
             session: Pid::from_raw(pid),
         };
         let all = [of(5, 3), of(3, 2), of(4, 2), of(9, 1), of(2, 1), of(10, 11), of(11, 10)];
@@ -189,7 +215,7 @@ mod tests {
 
     #[test]
     fn the_memory_that_a_process_holds_is_seen_open_and_mapped() {
-        let own = Process { pid: rustix::process::getpid(), parent: None, session: None };
+        let own = Process { pid: rustix::process::getpid(), parent: None, group: None, session: None };
         let file = fs::File::open("/proc/self/exe").unwrap();
         let meta = file.metadata().unwrap();
         let memory = MemoryFile::from_environment(&format!("1/2/3/{}/{}", meta.dev(), meta.ino())).unwrap();

@@ -9,7 +9,7 @@
 #[cfg(fbptr_preload)]
 mod after;
 #[cfg(fbptr_preload)]
-mod family;
+pub(super) mod family;
 #[cfg(fbptr_preload)]
 mod glut;
 #[cfg(fbptr_preload)]
@@ -37,7 +37,9 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 #[cfg(fbptr_preload)]
-pub(super) use spawn::started;
+pub(super) use after::time_of;
+#[cfg(fbptr_preload)]
+pub(super) use spawn::{find, started};
 
 /// Run a program that draws on /dev/fb0.
 #[derive(Debug, Args)]
@@ -75,6 +77,10 @@ pub struct Run {
     /// 500ms, still:TIME)
     #[arg(long, value_name = "TIME|N|still")]
     after: Option<String>,
+    /// End the program after this time at the latest: the picture is taken as it then is, and the
+    /// status is 124 [default: 60s with --after still, else none]
+    #[arg(long, value_name = "TIME")]
+    limit: Option<String>,
     /// Write the frame as it stands at the end: .png, .ppm or .raw
     #[arg(long, value_name = "OUT")]
     snap: Option<PathBuf>,
@@ -129,9 +135,9 @@ pub struct Run {
 /// Reason for which nothing is run, and the exit status.
 #[derive(Debug)]
 #[cfg_attr(not(fbptr_preload), expect(dead_code, reason = "there is no program to refuse"))]
-struct Refusal {
-    status: u8,
-    message: String,
+pub(super) struct Refusal {
+    pub status: u8,
+    pub message: String,
 }
 
 impl RunProgram {

@@ -7,7 +7,7 @@
 use super::super::args::address;
 use super::super::movie::{Clock, MovieWriter, Sampler};
 use super::super::{FrameSize, Status, say_as_program, signals};
-use super::after::{After, Countdown};
+use super::after::{After, Countdown, Moment, limit_of};
 use super::family::{self, Members, PATIENCE};
 use super::glut::{self, Libraries};
 use super::input::Input;
@@ -30,6 +30,8 @@ const LARGEST_WINDOW: (u32, u32) = (4096, 4096);
 /// Time between two looks whether a program has made its window.
 const WINDOW_LOOK: Duration = Duration::from_millis(2);
 
+/// Exit status of a run that `--limit` has ended, as that of `timeout`.
+const TIMED_OUT: u8 = 124;
 /// Time that a program has to finish a picture that is due.
 const HALF_PATIENCE: Duration = Duration::from_secs(2);
 
@@ -37,8 +39,8 @@ const HALF_PATIENCE: Duration = Duration::from_secs(2);
 enum Ending {
     /// The program has ended.
     Exited(ExitStatus),
-    /// The moment of `--after` has come, with this picture.
-    Reached(Box<VideoMemory>),
+    /// The moment of `--after`, or that of `--limit`, has come, with this picture.
+    Reached(Moment, Box<VideoMemory>),
     Signal,
     #[cfg(feature = "window")]
     WindowClosed,
@@ -67,7 +69,7 @@ struct Shared {
     is_replayed: AtomicBool,
     /// When the picture of `--after` was due that was half of one.
     due: Mutex<Option<Instant>>,
-    /// Until the moment of `--after`.
+    /// Until the moment of `--after` or `--limit`.
     countdown: Mutex<Option<Countdown>>,
     has_ended: AtomicBool,
 }
@@ -81,6 +83,7 @@ pub fn run(args: &Run) -> Result<Status, Refusal> {
         return Err(refuse("--movie -: standard output is the program's".to_owned()));
     }
     let after = args.after.as_deref().map(str::parse::<After>).transpose().map_err(refuse)?;
+    let limit = limit_of(args.limit.as_deref(), after).map_err(refuse)?;
     let program = spawn::find(&args.program)?;
     let mut names = glut::names(&program);
     if args.glut {
@@ -101,7 +104,7 @@ pub fn run(args: &Run) -> Result<Status, Refusal> {
     // The frame is of the size of the window that a program of GLUT makes.
     let mut early = libraries.as_ref().map(|libraries| spawn(&device, Some(libraries))).transpose()?;
     let (width, height) = match &mut early {
-        Some(started) => window_size(args, &device, started),
+        Some(started) => window_size(args, &device, started, limit),
         None => args.size.unwrap_or(FrameSize::DEFAULT).into(),
     };
     let limits = Limits::default().for_frame(width, height);
@@ -124,7 +127,9 @@ pub fn run(args: &Run) -> Result<Status, Refusal> {
         told: Mutex::default(),
         is_replayed: AtomicBool::new(false),
         due: Mutex::default(),
-        countdown: Mutex::new(after.map(|after| Countdown::new(after, Instant::now()))),
+        countdown: Mutex::new(
+            (after.is_some() || limit.is_some()).then(|| Countdown::new(after, limit, Instant::now())),
+        ),
         has_ended: AtomicBool::new(false),
     };
     let shared = Arc::new(shared);
@@ -158,10 +163,17 @@ fn device(args: &Run, is_glut: bool) -> Result<Device, Refusal> {
 
 /// Waits until a program of GLUT has made its window or has ended. Returns the frame's size: that of
 /// `--size`, if the window fits into it.
-fn window_size(args: &Run, device: &Device, started: &mut Started) -> (u32, u32) {
+fn window_size(
+    args: &Run,
+    device: &Device,
+    started: &mut Started,
+    limit: Option<Duration>,
+) -> (u32, u32) {
+    let begun = Instant::now();
     let window = loop {
         match device.window() {
             Some(window) => break Some(window),
+            None if limit.is_some_and(|limit| begun.elapsed() >= limit) => break None,
             None if !matches!(started.child.try_wait(), Ok(None)) => break None,
             None => std::thread::sleep(WINDOW_LOOK),
         }
@@ -264,7 +276,7 @@ impl Shared {
     ) -> (Option<Box<VideoMemory>>, Status) {
         let picture = match why {
             Ending::Exited(status) => return (None, spawn::status_of(status)),
-            Ending::Reached(picture) => Some(picture),
+            Ending::Reached(moment, picture) => Some((moment, picture)),
             Ending::Signal => None,
             #[cfg(feature = "window")]
             Ending::WindowClosed => None,
@@ -280,8 +292,14 @@ impl Shared {
             // It cannot be killed, as while it waits for a device.
             Err(_) => Status::Failed,
         };
-        let status = if picture.is_some() { Status::Success } else { own };
-        (picture, status)
+        match picture {
+            Some((Moment::After, picture)) => (Some(picture), Status::Success),
+            Some((Moment::Limit, picture)) => {
+                say_as_program("the program did not end by itself: the limit of its time has ended it");
+                (Some(picture), Status::Program(TIMED_OUT))
+            }
+            None => (None, own),
+        }
     }
 
     /// Keeps the vertical blanks until the run has ended.
@@ -299,12 +317,18 @@ impl Shared {
             }
             self.device.take_attributes();
             let shared = self.clone();
-            let decide = move |is_changed, is_half| shared.has_come(is_changed, is_half);
+            let moment = Arc::new(Mutex::new(Moment::After));
+            let come = moment.clone();
+            let decide = move |is_changed, is_half| {
+                let has_come = shared.has_come(is_changed, is_half);
+                has_come.inspect(|m| *come.lock().unwrap_or_else(PoisonError::into_inner) = *m).is_some()
+            };
             let Some((is_changed, picture)) = self.blank(decide) else { return };
             let is_replayed = self.lock_input().pass_on(&self.device, is_changed, Instant::now());
             self.is_replayed.store(is_replayed, Ordering::Release);
             if let Some(picture) = picture {
-                let _ = endings.try_send(Ending::Reached(picture));
+                let moment = *moment.lock().unwrap_or_else(PoisonError::into_inner);
+                let _ = endings.try_send(Ending::Reached(moment, picture));
             }
             self.tell_refused();
         }
@@ -318,23 +342,21 @@ impl Shared {
         self.input.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns whether the moment of `--after` has come, once. It comes later for a picture that is
+    /// Returns the moment that has come, once. That of `--after` comes later for a picture that is
     /// half of one, unless its program draws on and on.
-    fn has_come(&self, is_changed: bool, is_half: bool) -> bool {
+    fn has_come(&self, is_changed: bool, is_half: bool) -> Option<Moment> {
         let mut countdown = self.countdown.lock().unwrap_or_else(PoisonError::into_inner);
         // Before the device is open, the frame is nobody's.
         let is_changed = is_changed && self.device.opens() > 0;
         let is_replayed = self.is_replayed.load(Ordering::Acquire);
-        let has_come = countdown.as_mut().is_some_and(|c| c.note(is_changed, is_replayed, Instant::now()));
+        let moment = countdown.as_mut().and_then(|c| c.note(is_changed, is_replayed, Instant::now()))?;
         let mut due = self.due.lock().unwrap_or_else(PoisonError::into_inner);
-        if has_come && is_half && due.get_or_insert_with(Instant::now).elapsed() < HALF_PATIENCE {
+        if is_half && due.get_or_insert_with(Instant::now).elapsed() < HALF_PATIENCE {
             self.device.ask_for_pause();
-            return false;
+            return None;
         }
-        if has_come {
-            *countdown = None;
-        }
-        has_come
+        *countdown = None;
+        Some(moment)
     }
 
     /// One vertical blank: the render thread converts what has changed. Returns whether anything

@@ -25,6 +25,7 @@ mod write;
 
 use fbptr_core::memory::{Rgba, VideoMemory};
 pub use law::Law;
+pub use page::page_head;
 use pixels::Pixels;
 pub use shapes::{Geometry, Shape, Surface};
 use shapes::{Judge, Verdict};

@@ -39,16 +39,27 @@ fn image(out: &mut String, what: &str, width: u32, rgba: &[u8], on_page: i64) {
     );
 }
 
+/// Returns the beginning of a page of differences, up to its title as a heading.
+pub fn page_head(title: &str) -> String {
+    let title = escape(title);
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>{title}</title>\n<style>\
+         body{{font:16px sans-serif;margin:2em;background:#222;color:#ddd}}a{{color:#9cf}}\
+         img{{image-rendering:pixelated;border:1px solid #666}}figure{{display:inline-block;margin:0 1em 1em 0}}\
+         i{{display:inline-block;width:1em;height:1em;margin-right:.5em}}</style>\n<h1>{title}</h1>\n"
+    )
+}
+
 impl WrongPixels {
     /// Returns the page; `names` are those of the drawn and the exact picture.
     pub fn page(&self, names: [&str; 2]) -> String {
+        page_head(&format!("{} and {}", names[0], names[1])) + &self.section(names) + "</html>\n"
+    }
+
+    /// Returns the part of a page below its heading.
+    pub fn section(&self, names: [&str; 2]) -> String {
         let [mine, exact] = names.map(escape);
-        let mut out = format!(
-            "<!DOCTYPE html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>{mine} and {exact}</title>\n<style>\
-             body{{font:16px sans-serif;margin:2em;background:#222;color:#ddd}}\
-             img{{image-rendering:pixelated;border:1px solid #666}}figure{{display:inline-block;margin:0 1em 1em 0}}\
-             i{{display:inline-block;width:1em;height:1em;margin-right:.5em}}</style>\n<h1>{mine} and {exact}</h1>\n"
-        );
+        let mut out = String::new();
         let text = self.to_string();
         let first = text.lines().next().unwrap_or("");
         let _ = writeln!(out, "<p>{}</p>", escape(first));
@@ -63,7 +74,6 @@ impl WrongPixels {
         for finding in &self.findings {
             self.finding(&mut out, finding);
         }
-        out.push_str("</html>\n");
         out
     }
 

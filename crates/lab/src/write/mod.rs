@@ -9,8 +9,7 @@ pub use html::html;
 pub(crate) use html::png_base64;
 pub use json::{errors_json, json};
 pub use markdown::{goals_markdown, hard_markdown, markdown};
-pub use plot::contact_sheet;
-pub(crate) use plot::escape;
+pub use plot::{contact_sheet, escape};
 
 use super::{Bound, Experiment, Report, Row, Section, Standing, savings, speed_of};
 

@@ -1,0 +1,255 @@
+//! The points of an item: what a program has made beside what is right.
+//!
+//! Points are whole if no more pixels are wrong than the sheet allows, and none otherwise, unless it
+//! has points for partly right pictures: then they are those of the right share of what is drawn.
+//! Drawn is a pixel that differs from the exact picture's background, the commonest colour, in
+//! either picture: so an empty picture has no share, whatever its size.
+
+use super::super::compare::{Exact, Reading};
+use super::super::mesh_args::MeshArgs;
+use super::super::render_args::RenderArgs;
+use super::program::{Made, Program, Ran};
+use super::sheet::{Item, Wanted};
+use crate::measure::difference::WrongPixels;
+use crate::memory::{Rgba, VideoMemory};
+use clap::Parser;
+use std::collections::HashMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Options of an item's exact picture.
+#[derive(Debug, Parser)]
+#[command(name = "options", no_binary_name = true)]
+struct Options {
+    #[command(flatten)]
+    meshes: MeshArgs,
+    #[command(flatten)]
+    drawing: RenderArgs,
+}
+
+/// An item that was graded.
+pub struct Graded<'a> {
+    pub item: &'a Item,
+    pub points: f64,
+    /// The reason of the points.
+    pub text: String,
+    /// What the program said on standard error.
+    pub said: Vec<String>,
+    pub difference: Option<WrongPixels>,
+}
+
+/// What is right for an item.
+pub struct Right {
+    options: Options,
+    exact: Option<Exact>,
+    /// The exact picture's file.
+    file: Option<PathBuf>,
+}
+
+impl Right {
+    /// Reads or draws what is right, before a program is run. `beside` is the sheet's folder, and
+    /// `folder` the item's, where its files are written.
+    ///
+    /// # Errors
+    /// What is wrong with the sheet.
+    pub fn read(item: &Item, beside: &Path, folder: &Path) -> Result<Right, String> {
+        let options = Options::try_parse_from(&item.options).map_err(|e| {
+            let text = e.render().to_string();
+            format!("options: {}", text.lines().next().unwrap_or("").trim_start_matches("error: "))
+        })?;
+        for (name, text) in &item.files {
+            fs::write(folder.join(name), text).map_err(|e| format!("{name}: {e}"))?;
+        }
+        let file = match &item.exact {
+            Wanted::Missing | Wanted::Numbers(_) => None,
+            Wanted::Text(text) => {
+                let name = if text.trim_start().starts_with('<') { "exact.x3d" } else { "exact.fbs" };
+                let path = folder.join(name);
+                fs::write(&path, text).map_err(|e| format!("exact: {e}"))?;
+                Some(path)
+            }
+            Wanted::File(name) => match item.files.iter().any(|(other, _)| other == name) {
+                true => Some(folder.join(name)),
+                false => Some(beside.join(name)),
+            },
+        };
+        let mut right = Right { options, exact: None, file };
+        right.exact = right.file.as_deref().map(|file| right.draw(item, file)).transpose()?;
+        if let Some(exact) = &right.exact {
+            let (w, h) = (exact.memory.width(), exact.memory.height());
+            if (w, h) != item.size.into() {
+                return Err(format!("exact: it has {w}x{h} pixels, and the item {}", item.size));
+            }
+            if let Some([x, y, rw, rh]) = item.region
+                && (u64::from(x) + u64::from(rw) > w.into() || u64::from(y) + u64::from(rh) > h.into())
+            {
+                return Err(format!("region: it is not inside of {w}x{h} pixels"));
+            }
+        }
+        Ok(right)
+    }
+
+    fn draw(&self, item: &Item, path: &Path) -> Result<Exact, String> {
+        let size = Some([item.size.width, item.size.height]);
+        let Options { meshes, drawing } = &self.options;
+        Exact::read(path, Reading { size, time: 0.0, load_dir: None, meshes: Some(meshes), drawing })
+    }
+
+    /// Runs a program for an item and gives it its points.
+    pub fn grade<'a>(&self, item: &'a Item, program: &Program, folder: &Path) -> Graded<'a> {
+        let Ran { made, said } = program.run(item, folder, self.file.as_deref());
+        let lost = |text: String| Graded { item, points: 0.0, text, said: Vec::new(), difference: None };
+        let graded = match made {
+            Err(text) => lost(text),
+            Ok(Made::Numbers(found)) => match &item.exact {
+                Wanted::Numbers(wanted) => numbers(item, wanted, &found),
+                _ => lost(String::new()),
+            },
+            Ok(Made::Picture(mine)) => self.picture(item, *mine),
+            Ok(Made::Stream(path)) => match self.draw(item, &path) {
+                Ok(mine) => self.picture(item, mine.memory),
+                Err(e) => {
+                    let e = e.replace(&path.display().to_string(), "the program's output");
+                    lost(format!("no stream of commands: {e}"))
+                }
+            },
+        };
+        Graded { said, ..graded }
+    }
+
+    fn picture<'a>(&self, item: &'a Item, mut mine: VideoMemory) -> Graded<'a> {
+        let Some(exact) = &self.exact else {
+            return Graded { item, points: 0.0, text: String::new(), said: Vec::new(), difference: None };
+        };
+        let size = |m: &VideoMemory| [m.width(), m.height()];
+        if let (Some(region), true) = (item.region, size(&mine) == size(&exact.memory)) {
+            take_outside(&mut mine, &exact.memory, region);
+        }
+        let difference = exact.difference(&mine, item.tolerance.per_channel);
+        let (points, text) = match difference.size == difference.exact_size {
+            false => (0.0, difference.to_string().trim_end().to_owned()),
+            true => points(item, &difference, &mine, &exact.memory),
+        };
+        Graded { item, points, text, said: Vec::new(), difference: Some(difference) }
+    }
+}
+
+/// Returns the points of a picture of the right size, and the reason.
+fn points(item: &Item, difference: &WrongPixels, mine: &VideoMemory, exact: &VideoMemory) -> (f64, String) {
+    let wrong = difference.wrong;
+    let text = difference.to_string().trim_end().to_owned();
+    if wrong <= item.tolerance.pixels {
+        let text = match wrong {
+            0 => "right".to_owned(),
+            n => format!("right: {n} wrong pixels are allowed here"),
+        };
+        return (item.points, text);
+    }
+    let background = commonest(exact);
+    let is_drawn = |pixel: &Rgba| *pixel != background;
+    if !pixels(mine).iter().any(is_drawn) {
+        return (0.0, format!("nothing is drawn: {}", text.lines().next().unwrap_or("")));
+    }
+    let drawn = pixels(mine).iter().zip(pixels(exact)).filter(|(m, e)| is_drawn(m) || is_drawn(e)).count();
+    let share = (1.0 - wrong as f64 / drawn.max(1) as f64).max(0.0);
+    match item.partly {
+        // Down to tenths of a point: a wrong pixel is seen in the points.
+        Some(least) if share >= least => {
+            ((item.points * share * 10.0).floor() / 10.0, format!("{:.1} % right: {text}", floor_percent(share)))
+        }
+        Some(least) => (0.0, format!("{:.1} % right, {:.0} % are needed: {text}", floor_percent(share), least * 100.0)),
+        None => (0.0, text),
+    }
+}
+
+fn floor_percent(share: f64) -> f64 {
+    (share * 1000.0).floor() / 10.0
+}
+
+fn pixels(memory: &VideoMemory) -> &[Rgba] {
+    memory.bytes().as_chunks::<4>().0
+}
+
+/// Returns the commonest colour; the first one of several.
+fn commonest(memory: &VideoMemory) -> Rgba {
+    let mut counts: HashMap<Rgba, usize> = HashMap::new();
+    pixels(memory).iter().for_each(|pixel| *counts.entry(*pixel).or_default() += 1);
+    let most = counts.values().max().copied().unwrap_or(0);
+    pixels(memory).iter().find(|pixel| counts[*pixel] == most).copied().unwrap_or([0; 4])
+}
+
+/// Copies what is outside of a region, so that nothing there differs.
+fn take_outside(mine: &mut VideoMemory, exact: &VideoMemory, [x, y, w, h]: [u32; 4]) {
+    let width = exact.width() as usize;
+    let inside = |at: usize| {
+        let (px, py) = ((at % width) as u32, (at / width) as u32);
+        (x..x + w).contains(&px) && (y..y + h).contains(&py)
+    };
+    let from = exact.bytes().as_chunks::<4>().0;
+    let to = mine.bytes_mut().as_chunks_mut::<4>().0;
+    to.iter_mut().zip(from).enumerate().filter(|(at, _)| !inside(*at)).for_each(|(_, (to, from))| *to = *from);
+}
+
+/// Compares numbers in their order.
+fn numbers<'a>(item: &'a Item, wanted: &[f64], found: &[f64]) -> Graded<'a> {
+    let is_right = |(wanted, found): (&f64, &f64)| (wanted - found).abs() <= item.within;
+    let right = wanted.iter().zip(found).filter(|(w, f)| is_right((*w, *f))).count();
+    let (points, text) = match (found.len() == wanted.len(), right == wanted.len()) {
+        (true, true) => (item.points, "right".to_owned()),
+        (false, _) => (0.0, format!("{} numbers are expected, {} were printed", wanted.len(), found.len())),
+        (true, false) => {
+            let first = wanted.iter().zip(found).position(|(w, f)| !is_right((w, f))).unwrap_or(0);
+            let text = format!(
+                "{} of {} numbers are wrong; the first is number {}: {} is expected, {} was printed{}",
+                wanted.len() - right,
+                wanted.len(),
+                first + 1,
+                wanted[first],
+                found[first],
+                cause(item, wanted, found)
+            );
+            (0.0, text)
+        }
+    };
+    Graded { item, points, text, said: Vec::new(), difference: None }
+}
+
+/// Returns a cause that all numbers have in common, where there is one.
+fn cause(item: &Item, wanted: &[f64], found: &[f64]) -> &'static str {
+    let all = |value: &dyn Fn(usize) -> f64| {
+        (0..wanted.len()).all(|i| (value(i) - found[i]).abs() <= item.within)
+    };
+    if wanted.len() == 16 && all(&|i| wanted[i % 4 * 4 + i / 4]) {
+        return "; it is the transposed matrix";
+    }
+    if all(&|i| -wanted[i]) {
+        return "; all have the other sign";
+    }
+    ""
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::sheet::Sheet;
+    use super::*;
+
+    #[test]
+    fn numbers_are_compared_in_their_order_and_a_transposed_matrix_is_named() {
+        let sheet = Sheet::parse(
+            "item: m\npoints: 2\nwithin: 0.01\nnumbers: 1 2 3 4  5 6 7 8  9 10 11 12  13 14 15 16\n",
+        )
+        .unwrap();
+        let item = &sheet.items[0];
+        let Wanted::Numbers(wanted) = &item.exact else { panic!() };
+        let near: Vec<f64> = wanted.iter().map(|n| n + 0.009).collect();
+        assert_eq!(numbers(item, wanted, &near).points, 2.0);
+        let turned: Vec<f64> = (0..16).map(|i| wanted[i % 4 * 4 + i / 4]).collect();
+        let graded = numbers(item, wanted, &turned);
+        assert_eq!(graded.points, 0.0);
+        assert!(graded.text.contains("12 of 16") && graded.text.contains("transposed"), "{}", graded.text);
+        let mut broken = near;
+        broken[4] = f64::NAN;
+        assert!(numbers(item, wanted, &broken).text.contains("number 5: 5 is expected, NaN"));
+        assert!(numbers(item, wanted, &[1.0]).text.contains("1 were printed"));
+    }
+}
