@@ -86,6 +86,14 @@ const EXAMPLES: &[(&str, &str)] = &[
   fbptr compare mine.ppm scene.x3d --tolerance 1 --json",
     ),
     (
+        "grade",
+        "  fbptr grade --list
+  fbptr grade T1 --show
+  fbptr grade T1 -- ./student
+  fbptr grade T1 -- python3 main.py {memory}
+  fbptr grade my.sheet --json --page result.html -- ./student",
+    ),
+    (
         "view",
         "  fbptr view model.obj
   fbptr view scene.x3d --time 1.5 --fps 30

@@ -15,6 +15,7 @@ mod folder;
 mod formats;
 mod frame_times;
 mod functions;
+mod grade;
 mod layers;
 mod movie;
 mod outputs;
