@@ -50,9 +50,6 @@ const EXCUSES: &[(&str, &str)] = &[
     ("secret", "the rest of the line before"),
     ("\" --after still", "the rest of the line before"),
     ("fbptr grade ", "grades a program of the reader's; tests/cli/grade.rs"),
-    ("--size 512x512", "for a program of the reader's; tests/serving/c_client.rs runs the templates"),
-    ("cd clients/templates", "needs the whole tree"),
-    ("./main /tmp/fb", "the program of the line before"),
 ];
 
 /// Seconds after which a line has failed.
