@@ -56,7 +56,7 @@ fn points_are_whole_partly_or_none_and_the_status_says_so() {
     assert_eq!(status, Some(1), "{text}");
     assert!(text.contains("0 of 2     same:") && text.contains("missing at the end"), "{text}");
     assert!(
-        text.contains("3.6 of 4     other: 91.") && text.contains("number 2: 2 is expected, 3 was"),
+        text.contains("3.6 of 4     other: 90.8 % right") && text.contains("number 2: 2 is expected, 3 was"),
         "{text}"
     );
     let page = std::fs::read_to_string(page).unwrap();

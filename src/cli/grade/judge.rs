@@ -145,7 +145,7 @@ fn points(item: &Item, difference: &WrongPixels, mine: &VideoMemory, exact: &Vid
     if wrong <= item.tolerance.pixels {
         let text = match wrong {
             0 => "right".to_owned(),
-            n => format!("right: {n} wrong pixels are allowed here"),
+            n => format!("right: wrong pixels, as many as are allowed: {n}"),
         };
         return (item.points, text);
     }
