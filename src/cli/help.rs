@@ -52,6 +52,14 @@ const EXAMPLES: &[(&str, &str)] = &[
   fbptr mygl student --headless --after still --snap out.png -- model.obj",
     ),
     (
+        "grade",
+        "  fbptr grade --list
+  fbptr grade T1 --show
+  fbptr grade T1 --page result.html -- student
+  fbptr grade T1 -- python3 main.py {memory}
+  fbptr grade homework.sheet --json -- ./student",
+    ),
+    (
         "config",
         "  g++ main.cpp $(fbptr config --cflags --libs) && fbptr run -- ./a.out
   eval \"$(fbptr config --env)\" && make && fbptr run -- ./student",

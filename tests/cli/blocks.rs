@@ -47,6 +47,7 @@ const EXCUSES: &[(&str, &str)] = &[
     ("--keys tests/", "a file of the reader's"),
     ("--type ", "types to a program of the reader's; tests/serving/run/input.rs"),
     ("fbptr.course", "needs the Python package; python/tests/test_course.py"),
+    ("fbptr grade ", "needs a program of the reader's; tests/cli/grade.rs"),
     ("secret", "the rest of the line before"),
     ("\" --after still", "the rest of the line before"),
 ];

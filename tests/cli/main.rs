@@ -15,6 +15,8 @@ mod folder;
 mod formats;
 mod frame_times;
 mod functions;
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+mod grade;
 mod layers;
 mod movie;
 mod outputs;

@@ -135,7 +135,8 @@ pub fn of_scene(scene: &Scene, options: &SceneOptions, [width, height]: [u32; 2]
         let is_wire = object.shade.unwrap_or(options.shade) == ShadeMode::Wire;
         let mut line = |ends: [u32; 2]| match ends.map(screen) {
             [Some(a), Some(b)] => shapes.push(Shape::Line {
-                ends: [a, b].map(|p| p.map(|v| v.floor() as i32)),
+                // A whole number comes back from the matrices a little smaller.
+                ends: [a, b].map(|p| p.map(|v| (v + 1.0 / 512.0).floor() as i32)),
                 colors: None,
                 is_blended: false,
             }),

@@ -80,6 +80,10 @@ impl Right {
             if (w, h) != item.size.into() {
                 return Err(format!("exact: it has {w}x{h} pixels, and the item {}", item.size));
             }
+            let background = commonest(&exact.memory);
+            if pixels(&exact.memory).iter().all(|pixel| *pixel == background) {
+                return Err("exact: nothing is drawn in it".to_owned());
+            }
             if let Some([x, y, rw, rh]) = item.region
                 && (u64::from(x) + u64::from(rw) > w.into() || u64::from(y) + u64::from(rh) > h.into())
             {
@@ -141,7 +145,7 @@ fn points(item: &Item, difference: &WrongPixels, mine: &VideoMemory, exact: &Vid
     if wrong <= item.tolerance.pixels {
         let text = match wrong {
             0 => "right".to_owned(),
-            n => format!("right: {n} wrong pixels are allowed here"),
+            n => format!("right: wrong pixels, as many as are allowed: {n}"),
         };
         return (item.points, text);
     }
@@ -154,10 +158,13 @@ fn points(item: &Item, difference: &WrongPixels, mine: &VideoMemory, exact: &Vid
     let share = (1.0 - wrong as f64 / drawn.max(1) as f64).max(0.0);
     match item.partly {
         // Down to tenths of a point: a wrong pixel is seen in the points.
-        Some(least) if share >= least => {
-            ((item.points * share * 10.0).floor() / 10.0, format!("{:.1} % right: {text}", floor_percent(share)))
+        Some(least) if share >= least => (
+            (item.points * share * 10.0).floor() / 10.0,
+            format!("{:.1} % right: {text}", floor_percent(share)),
+        ),
+        Some(least) => {
+            (0.0, format!("{:.1} % right, {:.0} % are needed: {text}", floor_percent(share), least * 100.0))
         }
-        Some(least) => (0.0, format!("{:.1} % right, {:.0} % are needed: {text}", floor_percent(share), least * 100.0)),
         None => (0.0, text),
     }
 }
@@ -187,7 +194,11 @@ fn take_outside(mine: &mut VideoMemory, exact: &VideoMemory, [x, y, w, h]: [u32;
     };
     let from = exact.bytes().as_chunks::<4>().0;
     let to = mine.bytes_mut().as_chunks_mut::<4>().0;
-    to.iter_mut().zip(from).enumerate().filter(|(at, _)| !inside(*at)).for_each(|(_, (to, from))| *to = *from);
+    to.iter_mut()
+        .zip(from)
+        .enumerate()
+        .filter(|(at, _)| !inside(*at))
+        .for_each(|(_, (to, from))| *to = *from);
 }
 
 /// Compares numbers in their order.
@@ -216,9 +227,8 @@ fn numbers<'a>(item: &'a Item, wanted: &[f64], found: &[f64]) -> Graded<'a> {
 
 /// Returns a cause that all numbers have in common, where there is one.
 fn cause(item: &Item, wanted: &[f64], found: &[f64]) -> &'static str {
-    let all = |value: &dyn Fn(usize) -> f64| {
-        (0..wanted.len()).all(|i| (value(i) - found[i]).abs() <= item.within)
-    };
+    let all =
+        |value: &dyn Fn(usize) -> f64| (0..wanted.len()).all(|i| (value(i) - found[i]).abs() <= item.within);
     if wanted.len() == 16 && all(&|i| wanted[i % 4 * 4 + i / 4]) {
         return "; it is the transposed matrix";
     }

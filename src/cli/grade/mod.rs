@@ -202,7 +202,10 @@ mod steps {
             match (folder.clone(), is_framework) {
                 (Some(path), true) => words[0] = path.into(),
                 (None, true) => {
-                    return Err(format!("{}: a folder with the student's gl.py is expected", first.display()));
+                    return Err(format!(
+                        "{}: a folder with the student's gl.py is expected",
+                        first.display()
+                    ));
                 }
                 (Some(path), false) => {
                     let made = build(&path)?;
@@ -228,7 +231,9 @@ mod steps {
             return Ok((text.to_owned(), PathBuf::from(".")));
         }
         if !path.exists() {
-            return Err(format!("{name}: there is no such sheet; fbptr grade --list names those that come with it"));
+            return Err(format!(
+                "{name}: there is no such sheet; fbptr grade --list names those that come with it"
+            ));
         }
         let bytes = crate::save::read_input(path, MAX_SHEET_BYTES).map_err(|e| format!("{name}: {e}"))?;
         let text = String::from_utf8(bytes).map_err(|e| format!("{name}: {e}"))?;

@@ -72,7 +72,8 @@ impl Program {
             Ok(watched) => {
                 let text = String::from_utf8_lossy(&watched.stderr).into_owned();
                 let said: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).collect();
-                let said = said[said.len().saturating_sub(6)..].iter().map(|line| (*line).to_owned()).collect();
+                let said =
+                    said[said.len().saturating_sub(6)..].iter().map(|line| (*line).to_owned()).collect();
                 Ran { made: made(item, by, folder, &watched), said }
             }
             Err(message) => Ran { made: Err(message), said: Vec::new() },
@@ -147,6 +148,7 @@ impl Program {
         let mut command = Command::new(&self.python);
         command.args(["-m", "fbptr.course.renderizador"]).arg(scene).arg("-i").arg(&self.words[0]);
         command.arg("--size").arg(item.size.to_string()).arg("-o").arg(folder.join("mine.png"));
+        command.arg("--frames").arg(item.frames.to_string());
         // Nothing is written into the student's folder.
         command.env("PYTHONDONTWRITEBYTECODE", "1");
         command
@@ -180,7 +182,9 @@ fn made(item: &Item, by: By, folder: &Path, watched: &Watched) -> Result<Made, S
         End::Signal => return Err("the run was ended".to_owned()),
         End::Exited(status) => status,
     };
-    let signal = status.signal().or_else(|| status.code().filter(|code| (129..160).contains(code)).map(|code| code - 128));
+    let signal = status
+        .signal()
+        .or_else(|| status.code().filter(|code| (129..160).contains(code)).map(|code| code - 128));
     if let Some(signal) = signal {
         return Err(format!("the program crashed: {}", name_of_signal(signal)));
     }
@@ -191,12 +195,15 @@ fn made(item: &Item, by: By, folder: &Path, watched: &Watched) -> Result<Made, S
             match (by, code) {
                 (By::Run, 126 | 127) => Err("the program cannot be run".to_owned()),
                 (By::Renderizador, 1..) => Err(format!("the program ended with status {code}")),
-                _ => picture(&path).map_err(|_| format!("there is no picture; the program ended with status {code}")),
+                _ => picture(&path)
+                    .map_err(|_| format!("there is no picture; the program ended with status {code}")),
             }
         }
         By::Memory => {
-            let mut shared = SharedFile::open(&folder.join("memory"), item.size.into(), true).map_err(|e| e.to_string())?;
-            let mut memory = VideoMemory::new(item.size.width, item.size.height).map_err(|e| e.to_string())?;
+            let mut shared = SharedFile::open(&folder.join("memory"), item.size.into(), true)
+                .map_err(|e| e.to_string())?;
+            let mut memory =
+                VideoMemory::new(item.size.width, item.size.height).map_err(|e| e.to_string())?;
             shared.load_into(&mut memory);
             Ok(Made::Picture(Box::new(memory)))
         }

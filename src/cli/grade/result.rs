@@ -101,7 +101,9 @@ impl Report<'_> {
             for line in said(graded) {
                 let _ = writeln!(out, "<p><code>{}</code></p>", escape(line));
             }
-            if let Some(difference) = graded.difference.as_ref().filter(|_| graded.points < graded.item.points) {
+            if let Some(difference) =
+                graded.difference.as_ref().filter(|_| graded.points < graded.item.points)
+            {
                 out.push_str(&difference.section(["yours", "exact"]));
             }
         }

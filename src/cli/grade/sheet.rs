@@ -8,7 +8,7 @@
 use super::super::FrameSize;
 use super::super::bytes::ByteSize;
 use super::super::expect::parse_tolerance;
-use super::super::run::time_of;
+use super::super::run::{After, time_of};
 use crate::save::golden::Tolerance;
 use std::time::Duration;
 
@@ -50,6 +50,8 @@ pub struct Item {
     /// Share of the pixels from which on there are points for a partly right picture.
     pub partly: Option<f64>,
     pub after: String,
+    /// Frames that the Python framework renders; the last one counts.
+    pub frames: u32,
     pub time: Duration,
     pub memory: u64,
 }
@@ -114,6 +116,7 @@ impl Item {
             within: 0.001,
             partly: None,
             after: "still".to_owned(),
+            frames: 1,
             time: Duration::from_secs(10),
             memory: 1 << 30,
         }
@@ -129,9 +132,11 @@ impl Item {
         }
         match key {
             "points" => self.points = real(key, value, 0.0..=1e6)?,
-            "by" => self.by = <By as clap::ValueEnum>::from_str(value, false).map_err(|_| {
-                format!("by: run, stdout, memory or renderizador is expected, not {value:?}")
-            })?,
+            "by" => {
+                self.by = <By as clap::ValueEnum>::from_str(value, false).map_err(|_| {
+                    format!("by: run, stdout, memory or renderizador is expected, not {value:?}")
+                })?
+            }
             "size" => self.size = value.parse().map_err(|e| format!("size: {e}"))?,
             "arguments" => self.arguments = words(value),
             "options" => self.options = words(value),
@@ -146,12 +151,21 @@ impl Item {
                 self.tolerance = parse_tolerance(value).map_err(|e| e.replace("--tolerance", "tolerance"))?;
             }
             "partly" => {
-                let number = value.strip_suffix('%').ok_or_else(|| format!("partly: 90% is expected, not {value:?}"))?;
+                let number = value
+                    .strip_suffix('%')
+                    .ok_or_else(|| format!("partly: 90% is expected, not {value:?}"))?;
                 self.partly = Some(real(key, number, 0.0..=100.0)? / 100.0);
             }
-            "after" => self.after = value.to_owned(),
+            "after" => {
+                self.after = value
+                    .parse::<After>()
+                    .map(|_| value.to_owned())
+                    .map_err(|e| e.replace("--after", key))?;
+            }
+            "frames" => self.frames = real(key, value, 1.0..=1000.0)? as u32,
             "time" => {
-                self.time = time_of(value).ok_or_else(|| format!("time: 10s or 500ms is expected, not {value:?}"))?;
+                self.time =
+                    time_of(value).ok_or_else(|| format!("time: 10s or 500ms is expected, not {value:?}"))?;
             }
             "memory" => self.memory = value.parse::<ByteSize>().map_err(|e| format!("memory: {e}"))?.0,
             _ => return Err(format!("{key:?} is no key of a sheet")),
@@ -162,7 +176,9 @@ impl Item {
     fn add_file(&mut self, name: &str, value: &str) -> Result<(), String> {
         let is_plain = |c: char| c.is_ascii_alphanumeric() || "._-".contains(c);
         if name.is_empty() || name.starts_with('.') || !name.chars().all(is_plain) {
-            return Err(format!("file: a name of letters, digits, points and lines is expected, not {name:?}"));
+            return Err(format!(
+                "file: a name of letters, digits, points and lines is expected, not {name:?}"
+            ));
         }
         self.files.retain(|(other, _)| other != name);
         self.files.push((name.to_owned(), value.to_owned()));
@@ -202,8 +218,12 @@ impl Sheet {
                 list.push(said.strip_prefix(' ').unwrap_or(said).to_owned());
                 continue;
             }
-            let expected = || refuse(format!("key: value is expected, or a line for the student after >, not {line:?}"));
-            let (key, value) = line.split_once(':').filter(|_| !line.starts_with(char::is_whitespace)).ok_or_else(expected)?;
+            let expected =
+                || refuse(format!("key: value is expected, or a line for the student after >, not {line:?}"));
+            let (key, value) = line
+                .split_once(':')
+                .filter(|_| !line.starts_with(char::is_whitespace))
+                .ok_or_else(expected)?;
             let (key, value) = (key.trim(), value.trim());
             let block = match value.is_empty() {
                 true => Some(block(&mut lines)),
@@ -212,22 +232,33 @@ impl Sheet {
             let value = block.as_deref().unwrap_or(value);
             match key {
                 "title" => title = value.trim().to_owned(),
-                "item" if items.len() == MAX_ITEMS => return Err(refuse(format!("more than {MAX_ITEMS} items"))),
+                "item" if items.len() == MAX_ITEMS => {
+                    return Err(refuse(format!("more than {MAX_ITEMS} items")));
+                }
                 "item" => {
                     let name = value.trim().to_owned();
                     if name.is_empty() || items.iter().any(|item| item.name == name) {
-                        return Err(refuse(format!("item: a name that no other item has is expected, not {name:?}")));
+                        return Err(refuse(format!(
+                            "item: a name that no other item has is expected, not {name:?}"
+                        )));
                     }
                     items.push(Item { name, line: at + 1, ..defaults.clone() });
                 }
-                _ => items.last_mut().unwrap_or(&mut defaults).set(key, value, block.is_some()).map_err(refuse)?,
+                _ => items
+                    .last_mut()
+                    .unwrap_or(&mut defaults)
+                    .set(key, value, block.is_some())
+                    .map_err(refuse)?,
             }
         }
         for item in &items {
             item.check().map_err(|message| SheetError { line: item.line, message })?;
         }
         match items.is_empty() {
-            true => Err(SheetError { line: text.lines().count().max(1), message: "the sheet has no item".to_owned() }),
+            true => Err(SheetError {
+                line: text.lines().count().max(1),
+                message: "the sheet has no item".to_owned(),
+            }),
             false => Ok(Sheet { title, text: lead, items }),
         }
     }
@@ -236,7 +267,9 @@ impl Sheet {
 /// Takes the indented lines that follow, without the first one's indentation.
 fn block<'a>(lines: &mut std::iter::Peekable<impl Iterator<Item = (usize, &'a str)>>) -> String {
     let (mut text, mut indent, mut empty) = (String::new(), None, 0);
-    while let Some((_, line)) = lines.next_if(|(_, line)| line.starts_with([' ', '\t']) || line.trim().is_empty()) {
+    while let Some((_, line)) =
+        lines.next_if(|(_, line)| line.starts_with([' ', '\t']) || line.trim().is_empty())
+    {
         if line.trim().is_empty() {
             empty += 1;
             continue;
@@ -260,12 +293,15 @@ fn words(value: &str) -> Vec<String> {
 
 fn real(key: &str, value: &str, range: std::ops::RangeInclusive<f64>) -> Result<f64, String> {
     let number = value.trim().parse().ok().filter(|n| range.contains(n));
-    number.ok_or_else(|| format!("{key}: a number from {} to {} is expected, not {value:?}", range.start(), range.end()))
+    number.ok_or_else(|| {
+        format!("{key}: a number from {} to {} is expected, not {value:?}", range.start(), range.end())
+    })
 }
 
 fn region(value: &str) -> Result<[u32; 4], String> {
     let numbers: Option<Vec<u32>> = value.split_whitespace().map(|word| word.parse().ok()).collect();
-    let region = numbers.and_then(|numbers| <[u32; 4]>::try_from(numbers).ok()).filter(|r| r[2] > 0 && r[3] > 0);
+    let region =
+        numbers.and_then(|numbers| <[u32; 4]>::try_from(numbers).ok()).filter(|r| r[2] > 0 && r[3] > 0);
     region.ok_or_else(|| format!("region: left, upper, width and height are expected, not {value:?}"))
 }
 

@@ -37,7 +37,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 #[cfg(fbptr_preload)]
-pub(super) use after::time_of;
+pub(super) use after::{After, time_of};
 #[cfg(fbptr_preload)]
 pub(super) use spawn::{find, started};
 

@@ -163,12 +163,7 @@ fn device(args: &Run, is_glut: bool) -> Result<Device, Refusal> {
 
 /// Waits until a program of GLUT has made its window or has ended. Returns the frame's size: that of
 /// `--size`, if the window fits into it.
-fn window_size(
-    args: &Run,
-    device: &Device,
-    started: &mut Started,
-    limit: Option<Duration>,
-) -> (u32, u32) {
+fn window_size(args: &Run, device: &Device, started: &mut Started, limit: Option<Duration>) -> (u32, u32) {
     let begun = Instant::now();
     let window = loop {
         match device.window() {
