@@ -50,7 +50,7 @@ fn camera(r: &mut Random, projection: Projection) -> Camera {
 
 /// Returns a point in the plane z = -2 or so, at this distance.
 fn far_point(r: &mut Random, far: f64) -> DVec3 {
-    let turn = r.real(0.0, 6.283);
+    let turn = r.real(0.0, std::f64::consts::TAU);
     DVec3::new(far * libm::cos(turn), far * libm::sin(turn), r.real(-4.0, -1.0))
 }
 
