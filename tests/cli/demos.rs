@@ -236,7 +236,7 @@ fn play(stream: &Path, name: &str) -> (VideoMemory, Output) {
     let file = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.png"));
     let (stream, snap) = (stream.to_str().expect("UTF-8"), file.to_str().expect("UTF-8"));
     let program = Path::new(env!("CARGO_BIN_EXE_fbptr"));
-    let output = run(program, &["play", stream, "--size", "480x360", "--headless", "--snap", snap]);
+    let output = run(program, &["play", stream, "--headless", "--snap", snap]);
     (golden::read_png(&file).unwrap_or_else(|e| panic!("{name}: {e}")), output)
 }
 

@@ -109,7 +109,7 @@ fn a_program_that_goes_wrong_loses_its_item_and_leaves_nothing() {
 fn a_wrong_sheet_or_use_has_status_2_and_its_line() {
     let folder = Folder::new("grade-use");
     for (sheet, said) in [
-        ("item: a\nponts: 2\n", "a.sheet:2: \"ponts\" is no key of a sheet"),
+        ("item: a\npointz: 2\n", "a.sheet:2: \"pointz\" is no key of a sheet"),
         ("item: a\nsize: 8x8\nexact:\n    LINE 1 2\n", "a.sheet:1: item a: "),
         ("item: a\nsize: 8x8\nexact:\n    CLEAR red\n", "nothing is drawn in it"),
         ("item: a\nsize: 8x8\nexact: no.png\n", "no.png"),

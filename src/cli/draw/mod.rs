@@ -275,7 +275,7 @@ fn step(session: &mut Session, prompt: &mut Prompt, count: usize) -> Result<(), 
     let mut shown = 0;
     for part in steps.chunks(count.max(1)) {
         for (number, step) in (shown + 1..).zip(part) {
-            session.show(step.offset, step.color).map_err(broken)?;
+            session.poke(step.offset, step.color).map_err(broken)?;
             output::print(format!("{number:>5} of {}: {}\n", steps.len(), step.text));
         }
         shown += part.len();
@@ -286,7 +286,7 @@ fn step(session: &mut Session, prompt: &mut Prompt, count: usize) -> Result<(), 
             }
         }
     }
-    session.redo(1).map_err(broken)?;
+    session.restore().map_err(broken)?;
     match steps.is_empty() {
         true => Err(format!("{line} has changed no pixel")),
         false => Ok(()),

@@ -101,11 +101,21 @@ impl Session {
         Ok(count)
     }
 
-    /// Sets one pixel of the frame by its offset. It is not listed, and gone with the next `undo`.
+    /// Lists the command again that was taken back last, and draws all commands anew: what
+    /// [`Self::poke`] has set is gone.
+    ///
+    /// # Errors
+    /// If there is no new connection.
+    pub fn restore(&mut self) -> io::Result<()> {
+        self.steps.extend(self.undone.pop());
+        self.redraw()
+    }
+
+    /// Sets one pixel of the frame by its offset. It is not listed.
     ///
     /// # Errors
     /// If the connection has ended.
-    pub fn show(&mut self, offset: usize, [r, g, b, a]: Rgba) -> io::Result<()> {
+    pub fn poke(&mut self, offset: usize, [r, g, b, a]: Rgba) -> io::Result<()> {
         self.connection.exchange(format!("POKE {offset} {r:02x}{g:02x}{b:02x}{a:02x}\n").as_bytes()).map(drop)
     }
 

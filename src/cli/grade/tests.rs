@@ -55,7 +55,7 @@ fn a_line_that_is_wrong_is_named() {
     assert_eq!(wrong("").1, "the sheet has no item");
     for (text, line, word) in [
         ("size: 1x1\nnonsense\n", 2, "key: value"),
-        ("item: a\nponts: 3\n", 2, "\"ponts\" is no key"),
+        ("item: a\npointz: 3\n", 2, "\"pointz\" is no key"),
         ("item: a\npoints: -1\n", 2, "points: a number"),
         ("item: a\npoints: nan\n", 2, "points: a number"),
         ("item: a\nexact: x.png\nitem: a\n", 3, "no other item"),

@@ -58,7 +58,7 @@ impl PointShape {
     /// Returns whether the pixel `dx` to the right of the point's own and `dy` below belongs to a
     /// point of `side` pixels, given that it belongs to the square.
     pub fn covers(self, side: u32, [dx, dy]: [i64; 2]) -> bool {
-        let half_pixels = |d: i64| 2 * d - i64::from(side % 2 == 0);
+        let half_pixels = |d: i64| 2 * d - i64::from(side.is_multiple_of(2));
         let [x, y, n] = [half_pixels(dx), half_pixels(dy), i64::from(side)];
         self == PointShape::Square || x * x + y * y <= n * n
     }
