@@ -66,7 +66,12 @@ fn brief(numbers: &str) -> String {
             let rest = cells.filter(|(name, _)| !matches!(*name, "x" | "y"));
             rest.map(|(name, value)| format!("{name} {value}")).collect::<Vec<_>>().join(", ")
         }
-        _ => lines.iter().skip(1).map(|line| words(line)).collect::<Vec<_>>().join("; "),
+        // The same for every pixel of the figure.
+        _ => {
+            let is_common = |line: &&&str| line.starts_with("corner") || line.starts_with("area");
+            let own = lines.iter().skip(1).filter(|line| !is_common(line));
+            own.map(|line| words(line)).collect::<Vec<_>>().join("; ")
+        }
     };
     if let Some((end, _)) = text.char_indices().nth(MAX_TEXT) {
         text.truncate(end);

@@ -120,7 +120,9 @@ fn a_picture_at_rest_becomes_the_mean_of_its_samples_and_a_key_ends_that() {
     viewer.wait_for_exact();
     assert!(!viewer.has_more_to_smooth(), "what is compared is not smoothed");
     let overlay = viewer.overlay();
-    assert!(overlay.bottom.iter().any(|l| l.starts_with("no pixel differs")), "{overlay:?}");
+    // Highlights are left out where they cannot reach a quarter of a step: a byte may be rounded otherwise.
+    let is_near = |l: &String| l.starts_with("no pixel differs") || l.contains(", by 1 at most");
+    assert!(overlay.bottom.iter().any(is_near), "{overlay:?}");
 }
 
 #[test]
