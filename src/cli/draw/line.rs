@@ -10,7 +10,7 @@ pub(super) const OWN_WORDS: [(&str, &str); 8] = [
     ("help [WORD]", "lists the commands, or explains one or a topic (3-D, colour)"),
     ("undo [N]", "takes back the last command, or the last N"),
     ("redo [N]", "does again what was taken back"),
-    ("step [N]", "draws the last command again by single pixels, or by N, with their numbers"),
+    ("step [N]", "draws the last command again by pixels, with their numbers"),
     ("list", "shows the commands so far"),
     ("save FILE", "writes them as a stream, which `fbptr play FILE` draws again"),
     ("snap FILE", "writes the picture: .png, .ppm or .raw"),
