@@ -33,12 +33,12 @@ pub struct Graded<'a> {
     pub points: f64,
     /// The reason of the points.
     pub text: String,
-    /// What the program said on standard error.
+    /// The program's text on standard error.
     pub said: Vec<String>,
     pub difference: Option<WrongPixels>,
 }
 
-/// What is right for an item.
+/// Right answer of an item.
 pub struct Right {
     options: Options,
     exact: Option<Exact>,
@@ -51,7 +51,7 @@ impl Right {
     /// `folder` the item's, where its files are written.
     ///
     /// # Errors
-    /// What is wrong with the sheet.
+    /// Reason why the sheet is refused.
     pub fn read(item: &Item, beside: &Path, folder: &Path) -> Result<Right, String> {
         let options = Options::try_parse_from(&item.options).map_err(|e| {
             let text = e.render().to_string();

@@ -32,7 +32,7 @@ pub struct Program {
     pub python: OsString,
 }
 
-/// What came of a run.
+/// Outcome of a run.
 pub enum Made {
     Picture(Box<VideoMemory>),
     /// A stream, which is drawn as the exact picture is.

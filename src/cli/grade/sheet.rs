@@ -69,7 +69,7 @@ pub enum By {
     Renderizador,
 }
 
-/// What a program reads on standard input.
+/// Standard input of a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Input {
     Text(String),
@@ -77,7 +77,7 @@ pub enum Input {
     Exact,
 }
 
-/// What is right.
+/// Right answer.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Wanted {
     /// Nothing was given yet.

@@ -39,7 +39,7 @@ pub struct Limits {
     pub ends_by_output: bool,
 }
 
-/// How a program ended.
+/// End of a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
     Exited(ExitStatus),
@@ -67,7 +67,7 @@ pub fn is_over() -> bool {
     IS_OVER.load(Ordering::Acquire)
 }
 
-/// What a program left.
+/// Output that a program left.
 #[derive(Debug)]
 pub struct Watched {
     pub end: End,
