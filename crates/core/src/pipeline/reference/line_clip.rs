@@ -17,7 +17,7 @@ pub(super) type LineVertex = ClipVertex<8>;
 pub(super) struct LineEnd {
     /// The transformed position.
     pub vertex: Vertex,
-    /// The same with its varyings.
+    /// Clip-space position and varyings.
     pub clip: LineVertex,
 }
 
