@@ -27,6 +27,9 @@ const EXCUSES: &[(&str, &str)] = &[
     ("--listen 0.0.0.0", "listens beyond this machine"),
     ("HOST ", "stands for the reader's machine"),
     ("http://127.0.0.1:9100", "the metrics of a server whose line has dots"),
+    ("fbptr serve --shm /tmp/fb", "opens a window and runs until it is closed"),
+    ("cd clients/templates", "builds in the tree; tests of the templates do it elsewhere"),
+    ("./main /tmp/fb", "draws on the server of such a line"),
     ("fbptr serve --headless --size 640x480 --shm", "for x11vnc in the next line"),
     ("links2 ", "another program; docs/run.md tells what it needs"),
     ("linuxfb", "a Qt program"),
@@ -68,6 +71,13 @@ fn blocks(page: &str) -> Vec<Vec<String>> {
         body.lines().filter(|line| !line.trim().is_empty()).map(str::to_owned).collect()
     };
     parts.map(block).collect()
+}
+
+/// Returns the pages of a folder.
+fn pages_of(folder: &str) -> Vec<String> {
+    let entries = std::fs::read_dir(root().join(folder)).expect("a folder");
+    let names = entries.map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned());
+    names.filter(|name| name.ends_with(".md")).map(|name| format!("{folder}/{name}")).collect()
 }
 
 fn excuse(line: &str) -> Option<&'static str> {
@@ -200,10 +210,8 @@ fn every_shell_block_runs_as_it_is_printed() {
     if !tools::are_there(&["sh", "timeout", "python3", "nc", "cc"]) {
         return tools::skip("the blocks need sh, timeout, python3, nc and cc");
     }
-    let docs = std::fs::read_dir(root().join("docs")).expect("docs");
-    let docs = docs.map(|e| e.expect("an entry").path()).filter(|p| p.extension().is_some_and(|e| e == "md"));
-    let docs = docs.map(|p| format!("docs/{}", p.file_name().expect("a name").to_string_lossy()));
-    let mut pages: Vec<String> = docs.collect();
+    let mut pages: Vec<String> =
+        ["docs", "docs/course", "docs/curso"].into_iter().flat_map(pages_of).collect();
     pages.extend(["README.md", "CONTRIBUTING.md", "python/README.md"].map(str::to_owned));
     pages.sort();
     let (mut made, mut problems, mut ran) = (String::new(), Vec::new(), 0);

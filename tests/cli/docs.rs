@@ -9,10 +9,12 @@ fn root() -> &'static Path {
 fn pages() -> Vec<PathBuf> {
     let mut pages: Vec<PathBuf> =
         ["README.md", "CHANGELOG.md", "CONTRIBUTING.md"].map(|page| root().join(page)).into();
-    let docs = std::fs::read_dir(root().join("docs")).expect("there are docs");
-    pages.extend(
-        docs.map(|e| e.expect("an entry").path()).filter(|p| p.extension().is_some_and(|e| e == "md")),
-    );
+    for folder in ["docs", "docs/course", "docs/curso"] {
+        let docs = std::fs::read_dir(root().join(folder)).expect("there are docs");
+        pages.extend(
+            docs.map(|e| e.expect("an entry").path()).filter(|p| p.extension().is_some_and(|e| e == "md")),
+        );
+    }
     pages.sort();
     pages
 }
