@@ -57,6 +57,11 @@ fn sources() -> Sources {
 /// The listing in the making.
 struct Listing<'s> {
     sources: &'s Sources,
+    /// Names of the traits that are for a crate alone.
+    crate_traits: BTreeSet<&'s str>,
+    /// Each source but the tests: its name, the types that it defines, and its implementations, each
+    /// with the type's name.
+    implementing: Vec<(&'s str, BTreeSet<&'s str>, Vec<(String, Vec<String>)>)>,
     lines: BTreeSet<String>,
     /// Public path of each definition (its file and name) that is listed already.
     listed: BTreeMap<(String, String), String>,
@@ -136,32 +141,36 @@ impl Listing<'_> {
 
     /// Lists methods and traits of a type that `file` defines.
     fn impls(&mut self, file: &str, name: &str, shown: &str) {
-        for (other, text) in self.sources {
-            let is_namesake = || other != file && items::defines(text, name);
-            let is_test = other.split('/').any(|part| part.starts_with("tests"));
-            if is_test || !text.contains(name) || is_namesake() {
+        for (other, defined, impls) in &self.implementing {
+            if *other != file && defined.contains(name) {
                 continue;
             }
-            let found = items::impls_of(text, name);
-            let found = found.into_iter().filter(|line| !self.is_of_a_crate_trait(line));
-            let lines: Vec<String> = found.map(|line| format!("{shown}: {line}")).collect();
-            self.lines.extend(lines);
+            let found = impls.iter().filter(|(subject, _)| subject == name).flat_map(|(_, lines)| lines);
+            let found = found.filter(|line| !self.is_of_a_crate_trait(line));
+            self.lines.extend(found.map(|line| format!("{shown}: {line}")).collect::<Vec<_>>());
         }
     }
 
     /// Returns whether a line implements a trait that is for the crate alone.
     fn is_of_a_crate_trait(&self, line: &str) -> bool {
-        let Some(name) = line.strip_prefix("impl ").and_then(|line| line.split([' ', '<']).next()) else {
-            return false;
-        };
-        let declaration = format!("pub(crate) trait {name} ");
-        self.sources.values().any(|text| text.lines().any(|line| line.starts_with(&declaration)))
+        let name = line.strip_prefix("impl ").and_then(|line| line.split([' ', '<']).next());
+        name.is_some_and(|name| self.crate_traits.contains(name))
     }
 }
 
 /// Returns the listing of a crate, a line for each item; of the facade if it has no name.
 fn listing(sources: &Sources, name: Option<&str>) -> Vec<String> {
-    let mut listing = Listing { sources, lines: BTreeSet::new(), listed: BTreeMap::new() };
+    let traits = sources.values().flat_map(|text| text.lines().filter_map(items::crate_trait));
+    let tested = sources.iter().filter(|(name, _)| !name.split('/').any(|part| part.starts_with("tests")));
+    let mut listing = Listing {
+        sources,
+        crate_traits: traits.collect(),
+        implementing: tested
+            .map(|(name, text)| (&**name, items::defined(text), items::impls(text)))
+            .collect(),
+        lines: BTreeSet::new(),
+        listed: BTreeMap::new(),
+    };
     let module: Vec<String> = name.map(str::to_owned).into_iter().collect();
     listing.module(&module, name.unwrap_or("fbptr"));
     listing.lines.into_iter().collect()
@@ -169,9 +178,9 @@ fn listing(sources: &Sources, name: Option<&str>) -> Vec<String> {
 
 /// Compares the listing of a crate with the one that is checked in. Returns the differences; with
 /// `BLESS=1` it is written first.
-fn changes(name: Option<&str>, is_blessed: bool) -> Vec<String> {
+fn changes(sources: &Sources, name: Option<&str>, is_blessed: bool) -> Vec<String> {
     let path = root().join("tests/cli/api").join(name.unwrap_or("listing")).with_extension("txt");
-    let found = listing(&sources(), name);
+    let found = listing(sources, name);
     let expected = fs::read_to_string(&path).unwrap_or_default();
     if is_blessed {
         fs::write(&path, found.join("\n") + "\n").expect("a writable file");
@@ -188,7 +197,8 @@ fn changes(name: Option<&str>, is_blessed: bool) -> Vec<String> {
 fn the_public_interfaces_are_those_that_are_checked_in() {
     let is_blessed = std::env::var_os("BLESS").is_some_and(|v| v == "1");
     let all = [None].into_iter().chain(CRATES.map(Some));
-    let changes: Vec<String> = all.flat_map(|name| changes(name, is_blessed)).collect();
+    let sources = sources();
+    let changes: Vec<String> = all.flat_map(|name| changes(&sources, name, is_blessed)).collect();
     assert!(
         changes.is_empty(),
         "the public interface has changed; accept it with BLESS=1 cargo test --test cli api\n{}",

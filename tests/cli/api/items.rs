@@ -1,6 +1,8 @@
 //! Reads the public items of a source: what begins at column 0 is an item of the module, what is
 //! indented once a member of it.
 
+use std::collections::BTreeSet;
+
 /// A public item of a module.
 #[derive(Debug)]
 pub struct Item {
@@ -49,15 +51,25 @@ pub fn item_at(text: &str, name: &str) -> Option<Item> {
     }
 }
 
-/// Returns whether a module defines a type of this name, be it public or not.
-pub fn defines(text: &str, name: &str) -> bool {
-    let defines = |line: &str| {
+/// Returns the types that a module defines, be they public or not.
+pub fn defined(text: &str) -> BTreeSet<&str> {
+    let defined = |line| {
+        let line: &str = line;
         let line = line.strip_prefix("pub ").or(line.strip_prefix("pub(crate) ")).unwrap_or(line);
-        let kinds = ["struct ", "enum ", "union ", "type "];
-        let behind = kinds.iter().find_map(|kind| line.strip_prefix(kind)?.strip_prefix(name));
-        behind.is_some_and(|rest| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_'))
+        let name = ["struct ", "enum ", "union ", "type "].iter().find_map(|kind| line.strip_prefix(kind))?;
+        Some(&name[..end_of_name(name)])
     };
-    text.lines().any(defines)
+    text.lines().filter_map(defined).collect()
+}
+
+/// Returns where the name ends that a text begins with.
+fn end_of_name(text: &str) -> usize {
+    text.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(text.len())
+}
+
+/// Returns the name of the trait that a line declares for its crate alone.
+pub fn crate_trait(line: &str) -> Option<&str> {
+    line.strip_prefix("pub(crate) trait ")?.split_once(' ').map(|(name, _)| name)
 }
 
 /// Returns the keyword of a declaration.
@@ -75,8 +87,7 @@ fn kind_of(line: &str) -> &str {
 /// Returns the name behind the keyword of a declaration.
 fn name_of<'l>(line: &'l str, kind: &str) -> &'l str {
     let behind = line.split_once(kind).map_or("", |(_, rest)| rest.trim_start());
-    let end = behind.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(behind.len());
-    &behind[..end]
+    &behind[..end_of_name(behind)]
 }
 
 fn read_item(lines: &[&str], at: usize) -> Item {
@@ -211,8 +222,8 @@ fn variant_of_row(row: &str) -> &str {
     row[..ends.unwrap_or(row.len())].trim().trim_end_matches(": [").trim_end_matches(':')
 }
 
-/// Returns the methods of a type in a source, and the traits that it implements there.
-pub fn impls_of(text: &str, name: &str) -> Vec<String> {
+/// Returns the implementations in a source: the type's name, and the trait or the methods.
+pub fn impls(text: &str) -> Vec<(String, Vec<String>)> {
     let lines = lines_of(text);
     let mut found = Vec::new();
     for at in (0..lines.len()).filter(|&at| lines[at].starts_with("impl")) {
@@ -226,14 +237,11 @@ pub fn impls_of(text: &str, name: &str) -> Vec<String> {
             (false, Some(rest)) => rest.split_once("> ").map_or(rest, |(_, subject)| subject),
             _ => subject,
         };
-        let end = subject.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(subject.len());
-        if subject[..end] != *name {
-            continue;
-        }
-        match of_trait {
-            true => found.push(head.clone()),
-            false => found.extend(members(&lines[at..], |line| line.starts_with("pub ") && !is_crate(line))),
-        }
+        let name = subject[..end_of_name(subject)].to_owned();
+        found.push(match of_trait {
+            true => (name, vec![head]),
+            false => (name, members(&lines[at..], |line| line.starts_with("pub ") && !is_crate(line))),
+        });
     }
     found
 }
