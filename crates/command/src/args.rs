@@ -5,7 +5,7 @@
 //! `[+-]?digits` in i32; reals are decimal with an optional exponent and finite once parsed;
 //! nothing else is a number.
 
-use super::scan::find_blank;
+use super::scan::{find_blank, letters};
 use fbptr_core::error::Code;
 use fbptr_core::memory::{Rgba, parse_color, parse_light_color};
 use glam::DVec3;
@@ -47,9 +47,16 @@ fn count_words(line: &[u8]) -> usize {
         + chunks.map(|(a, b)| usize::from(a.iter().zip(b).map(begins).sum::<u8>())).sum::<usize>()
 }
 
+/// Bytes of a line whose words are known as bits at a time.
+const WINDOW: usize = 64;
+
 /// Cursor over the words after the verb.
 pub(super) struct Args<'a> {
     rest: &'a [u8],
+    /// Bytes of words at the beginning of `rest`, the first as the lowest bit, and how many bytes that
+    /// tells about; no bit is set beyond.
+    letters: u64,
+    known: usize,
     taken: usize,
     count: usize,
     last: &'a [u8],
@@ -58,7 +65,60 @@ pub(super) struct Args<'a> {
 impl<'a> Args<'a> {
     /// Creates a cursor over `rest`, the line after its verb.
     pub fn new(rest: &'a [u8]) -> Self {
-        Args { rest, taken: 0, count: count_words(rest), last: b"" }
+        let mut args = Args { rest, letters: 0, known: 0, taken: 0, count: 0, last: b"" };
+        args.look_ahead();
+        args.count = match rest.len() <= WINDOW {
+            true => (args.letters & !(args.letters << 1)).count_ones() as usize,
+            false => count_words(rest),
+        };
+        args
+    }
+
+    /// Creates a cursor over the words behind a line's verb. Returns the verb, too: an empty word if
+    /// the line has none.
+    pub fn of_line(line: &'a [u8]) -> (&'a [u8], Self) {
+        let mut args = Args::new(line);
+        let verb = args.word();
+        (args.count, args.taken, args.last) = (args.left(), 0, b"");
+        (verb, args)
+    }
+
+    /// Finds the words of the bytes to come.
+    fn look_ahead(&mut self) {
+        self.known = self.rest.len().min(WINDOW);
+        self.letters = letters(&self.rest[..self.known]);
+    }
+
+    /// Returns what is not taken yet, blanks included.
+    pub fn unread(&self) -> &'a [u8] {
+        self.rest
+    }
+
+    /// Returns where the last word begins in what is not taken yet, and where it ends.
+    fn bounds_of_final(&self) -> (usize, usize) {
+        if self.known == self.rest.len() && self.letters != 0 {
+            let beyond = self.letters.leading_zeros();
+            let length = (!(self.letters << beyond)).leading_zeros();
+            return ((64 - beyond - length) as usize, (64 - beyond) as usize);
+        }
+        let end = self.rest.iter().rposition(|&b| !is_blank(b)).map_or(0, |n| n + 1);
+        (self.rest[..end].iter().rposition(|&b| is_blank(b)).map_or(0, |n| n + 1), end)
+    }
+
+    /// Returns the last word without taking it, or an empty slice if none is left.
+    pub fn final_word(&self) -> &'a [u8] {
+        let (start, end) = self.bounds_of_final();
+        &self.rest[start..end]
+    }
+
+    /// Drops the last word, if one is left.
+    pub fn drop_final(&mut self) {
+        if self.left() > 0 {
+            let (start, _) = self.bounds_of_final();
+            self.rest = &self.rest[..start];
+            self.count -= 1;
+            self.look_ahead();
+        }
     }
 
     /// Returns the number of words after the verb.
@@ -73,7 +133,8 @@ impl<'a> Args<'a> {
 
     /// Returns the next word without taking it, or an empty slice at the end.
     pub fn peek(&self) -> &'a [u8] {
-        words(self.rest).next().unwrap_or(b"")
+        let (start, end) = self.bounds_of_next();
+        &self.rest[start..end]
     }
 
     /// Returns the word `n` places after the next one without taking it, or an empty slice past the
@@ -87,19 +148,39 @@ impl<'a> Args<'a> {
         self.last
     }
 
+    /// Returns where the next word begins and ends, both at the end of the line if there is none.
+    #[inline]
+    fn bounds_of_next(&self) -> (usize, usize) {
+        let start = self.letters.trailing_zeros();
+        let end = start + (!self.letters.unbounded_shr(start)).trailing_zeros().min(64 - start);
+        match self.known == self.rest.len() || (end as usize) < self.known {
+            true => ((start as usize).min(self.known), (end as usize).min(self.known)),
+            false => self.bounds_beyond(),
+        }
+    }
+
+    /// [`Args::bounds_of_next`] where the word reaches beyond the known bytes.
+    #[cold]
+    fn bounds_beyond(&self) -> (usize, usize) {
+        let start = self.rest.iter().position(|&b| !is_blank(b)).unwrap_or(self.rest.len());
+        (start, find_blank(&self.rest[start..]).map_or(self.rest.len(), |length| start + length))
+    }
+
     /// Takes the next word. Returns an empty slice at the end, which parses as no number, colour,
     /// keyword or name.
+    #[inline]
     pub fn word(&mut self) -> &'a [u8] {
-        // Nearly every word has one blank before it and eight bytes at most.
-        let start = match self.rest {
-            [first, second, ..] if is_blank(*first) && !is_blank(*second) => 1,
-            rest => rest.iter().position(|&b| !is_blank(b)).unwrap_or(rest.len()),
-        };
-        let word = &self.rest[start..];
-        let end = find_blank(word).unwrap_or(word.len());
-        self.rest = &word[end..];
-        self.taken += usize::from(end > 0);
-        self.last = &word[..end];
+        let (start, end) = self.bounds_of_next();
+        self.last = &self.rest[start..end];
+        self.rest = &self.rest[end..];
+        self.taken += usize::from(end > start);
+        match end < self.known {
+            true => {
+                self.letters >>= end;
+                self.known -= end;
+            }
+            false => self.look_ahead(),
+        }
         self.last
     }
 
@@ -110,6 +191,7 @@ impl<'a> Args<'a> {
             rest => rest,
         };
         (self.rest, self.taken, self.last) = (b"", self.count, rest);
+        self.look_ahead();
         rest
     }
 
@@ -460,6 +542,42 @@ mod tests {
         assert!(parse_error.message.starts_with("argument 2 "), "{}", parse_error.message);
         assert_eq!(args.word(), b"3");
         assert_eq!((args.word(), args.left()), (&b""[..], 0));
+    }
+
+    #[test]
+    fn lines_of_every_length_have_the_words_of_a_plain_split() {
+        let mut seed = 5_u64;
+        let mut next = |below: u64| {
+            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (seed >> 33) % below
+        };
+        for length in 0..300 {
+            for share in [2, 5, 40, 400] {
+                let line: Vec<u8> = (0..length)
+                    .map(|_| if next(share) == 0 { b" \t"[next(2) as usize] } else { 33 + next(200) as u8 })
+                    .collect();
+                let expected: Vec<&[u8]> = words(&line).collect();
+                let mut args = Args::new(&line);
+                assert_eq!(
+                    (args.count(), args.final_word()),
+                    (expected.len(), words(&line).next_back().unwrap_or(b""))
+                );
+                for (at, word) in expected.iter().enumerate() {
+                    assert_eq!((args.left(), args.peek(), args.word()), (expected.len() - at, *word, *word));
+                    assert_eq!(
+                        args.final_word(),
+                        if at + 1 < expected.len() { expected[expected.len() - 1] } else { b"" }
+                    );
+                }
+                assert_eq!((args.word(), args.left()), (&b""[..], 0));
+                let (verb, mut args) = Args::of_line(&line);
+                args.drop_final();
+                let inner = expected.get(1..expected.len().max(2) - 1).unwrap_or(&[]);
+                assert_eq!((verb, args.count()), (*expected.first().unwrap_or(&&b""[..]), inner.len()));
+                assert_eq!(words(args.unread()).collect::<Vec<_>>(), inner);
+                inner.iter().for_each(|word| assert_eq!(args.word(), *word));
+            }
+        }
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Byte searches for the ends of lines and words, eight bytes at a time.
+//! Byte searches for the ends of lines and words, eight bytes at a time, and the words of up to 64 bytes as bits.
 
 /// The lowest bit of every byte.
 const LOW: u64 = 0x0101_0101_0101_0101;
@@ -37,6 +37,33 @@ pub(super) fn find_blank(bytes: &[u8]) -> Option<usize> {
     find(bytes, |word| flags(word, b' ') | flags(word, b'\t'), |b| b == b' ' || b == b'\t')
 }
 
+/// Returns the bytes of up to 64 that are neither blank nor tab, the first as the lowest bit.
+#[inline]
+pub(super) fn letters(bytes: &[u8]) -> u64 {
+    debug_assert!(bytes.len() <= 64);
+    let Some(tail) = bytes.last_chunk::<8>() else {
+        let bits = bytes.iter().enumerate().map(|(i, &b)| u64::from(b != b' ' && b != b'\t') << i);
+        return bits.fold(0, |all, bit| all | bit);
+    };
+    let mut found = 0;
+    for (i, word) in bytes.as_chunks::<8>().0.iter().enumerate() {
+        found |= letters_of_eight(*word) << (8 * i);
+    }
+    // The last eight bytes overlap what was read.
+    found | letters_of_eight(*tail) << (bytes.len() - 8)
+}
+
+/// [`letters`] of eight bytes. Exact, unlike [`flags`]: no carry goes from byte to byte.
+#[inline]
+fn letters_of_eight(bytes: [u8; 8]) -> u64 {
+    let word = u64::from_le_bytes(bytes);
+    // The high bit of each byte that is not zero.
+    let is_set = |x: u64| ((x & !HIGH) + !HIGH) | x;
+    let letters = is_set(word ^ (LOW * b' ' as u64)) & is_set(word ^ (LOW * b'\t' as u64)) & HIGH;
+    // Bit 8i moves to bit 56 + i.
+    ((letters >> 7).wrapping_mul(0x0102_0408_1020_4080)) >> 56
+}
+
 pub(super) use super::binary_pixels::lf_in as count_lf;
 
 #[cfg(test)]
@@ -54,6 +81,11 @@ mod tests {
                 let blanks: Vec<u8> =
                     bytes.iter().map(|&b| if b == b'\n' { b" \t"[len % 2] } else { b }).collect();
                 assert_eq!(find_blank(&blanks), blanks.iter().position(|&b| b == b' ' || b == b'\t'));
+                for part in blanks.chunks(64) {
+                    let bit = |i: usize| part.get(i).is_some_and(|b| !b" \t".contains(b));
+                    let expected = (0..64).fold(0, |all, i| all | u64::from(bit(i)) << i);
+                    assert_eq!(letters(part), expected, "{part:?}");
+                }
                 assert_eq!(count_lf(&bytes), bytes.iter().filter(|&&b| b == b'\n').count() as u64);
             }
         }

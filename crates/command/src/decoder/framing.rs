@@ -60,7 +60,8 @@ impl Decoder {
                 FrameKind::Run if rest.len() >= RUN_HEADER_BYTES => self.run(rest, sink),
                 FrameKind::Text => match find_lf(&rest[..rest.len().min(MAX_LINE_BYTES + 2)]) {
                     Some(lf) if !is_too_long(&rest[..lf]) => {
-                        self.pass(&rest[..lf + 1]);
+                        self.here.byte += lf as u64 + 1;
+                        self.here.line += 1;
                         lf + 1 + self.line(without_cr(&rest[..lf]), &rest[lf + 1..], sink)
                     }
                     _ => return at + self.hold_head(rest, sink),

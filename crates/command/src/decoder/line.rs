@@ -22,26 +22,20 @@ impl Decoder {
             0 => line.strip_prefix(BYTE_ORDER_MARK).unwrap_or(line),
             _ => line,
         };
-        if is_idle(line) {
+        let (word, mut args) = Args::of_line(line);
+        // A line of one word may be a second CR.
+        if line.first() == Some(&b'#') || args.count() == 0 && is_idle(line) {
             return 0;
         }
-        let verb_start = line.iter().position(|&b| !is_blank(b)).unwrap_or(0);
-        let verb_end =
-            line[verb_start..].iter().position(|&b| is_blank(b)).map_or(line.len(), |n| verb_start + n);
-        let word = &line[verb_start..verb_end];
         let found = Verb::find_parser(word);
         let is_text = found.is_some_and(|(verb, _)| verb.takes_rest_of_line());
-        let last_end = line.iter().rposition(|&b| !is_blank(b)).map_or(0, |n| n + 1);
-        let last_start = line[..last_end].iter().rposition(|&b| is_blank(b)).map_or(0, |n| n + 1);
-        let payload_length = match &line[last_start..last_end] {
+        let last = if args.count() == 0 { word } else { args.final_word() };
+        let payload_length = match last {
             [b':', digits @ ..] if !digits.is_empty() && !is_text => match payload_length(digits) {
                 PayloadLength::Length(n) => Some(n),
                 PayloadLength::Beyond => {
-                    let parse_error = ParseError::new(
-                        Code::Proto,
-                        "a payload's length must be below 2^64",
-                        &line[last_start..last_end],
-                    );
+                    let message = "a payload's length must be below 2^64";
+                    let parse_error = ParseError::new(Code::Proto, message, last);
                     let mut error = StreamError::new(self.start, Subject::of(word), parse_error);
                     error.closes = true;
                     self.state = DecoderState::Closed;
@@ -52,17 +46,16 @@ impl Decoder {
                 }
                 PayloadLength::Junk => {
                     let message = "the last word after a colon must be a payload's length";
-                    let parse_error = ParseError::new(Code::Proto, message, &line[last_start..last_end]);
-                    self.error(Subject::of(word), parse_error, sink);
+                    self.error(Subject::of(word), ParseError::new(Code::Proto, message, last), sink);
                     return 0;
                 }
             },
             _ => None,
         };
-        let arguments = match payload_length {
-            Some(_) => &line[verb_end.min(last_start)..last_start],
-            None => &line[verb_end..],
-        };
+        if payload_length.is_some() {
+            args.drop_final();
+        }
+        let arguments = args.unread();
         let length = payload_length.unwrap_or(0);
         if length > self.limits.payload_bytes {
             return self.refuse_payload(Subject::of(word), length, rest, sink);
@@ -71,7 +64,7 @@ impl Decoder {
             let parse_error = ParseError::new(Code::Verb, "unknown verb", word);
             return self.refuse(Subject::of(word), parse_error, length, rest, sink);
         };
-        match read_command(verb, parse, arguments, payload_length, word) {
+        match read_command(verb, parse, args, payload_length, word) {
             Ok(Command::Pixel { x, y, color }) => {
                 sink.pixel(x, y, color);
                 0
@@ -152,11 +145,11 @@ impl PayloadLength {
 pub(super) fn read_command(
     verb: &'static Verb,
     parse: Parse<Command>,
-    rest: &[u8],
+    mut args: Args<'_>,
     payload: Option<u64>,
     word: &[u8],
 ) -> Result<Command, ParseError> {
-    let mut args = Args::new(rest);
+    let rest = args.unread();
     if !verb.arity.allows(args.count()) {
         return Err(wrong_count(verb, &args, word));
     }

@@ -5,7 +5,7 @@
 //! of a stream makes. The line may be longer than one of a stream.
 
 use super::line::{parse_error, read_command};
-use crate::args::{ParseError, is_blank};
+use crate::args::{Args, ParseError};
 use crate::codec::Codec;
 use crate::commands::Command;
 use crate::stream_error::{StreamError, StreamPosition, Subject};
@@ -29,8 +29,7 @@ impl Command {
     /// Those of [`Decoder`](super::Decoder), at the beginning of a stream.
     pub fn parse(line: &[u8], payload: Option<Vec<u8>>) -> Result<Command, StreamError> {
         let line = line.trim_ascii();
-        let end = line.iter().position(|&b| is_blank(b)).unwrap_or(line.len());
-        let (word, arguments) = line.split_at(end);
+        let (word, args) = Args::of_line(line);
         let refused = |error: ParseError| StreamError::new(StreamPosition::START, Subject::of(word), error);
         if let Some(at) = line.iter().position(|&b| b == b'\n') {
             return Err(refused(ParseError::new(Code::Args, "a command is one line", &line[at..])));
@@ -39,7 +38,7 @@ impl Command {
             return Err(refused(ParseError::new(Code::Verb, "unknown verb", word)));
         };
         let length = payload.as_ref().map(|bytes| bytes.len() as u64);
-        let mut command = read_command(verb, parse, arguments, length, word).map_err(refused)?;
+        let mut command = read_command(verb, parse, args, length, word).map_err(refused)?;
         if let (Some(bytes), Some(place)) = (payload, command.payload_mut()) {
             *place = bytes;
             command.validate_payload().map_err(|fault| refused(parse_error(fault)))?;
