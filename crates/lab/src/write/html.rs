@@ -1,7 +1,7 @@
 //! Report as one HTML page: no script, no external resources, plots as inline SVG.
 
 use super::plot::{escape, scaling, speed_against_error};
-use super::{bounds, derivations, error, gained, mebibytes, name, number, saved, spent, time, truth};
+use super::{bounds, derivations, error, mebibytes, name, number, saved, spent, time, truth};
 use crate::{Report, Section};
 use std::fmt::Write;
 
@@ -19,7 +19,10 @@ tr.broken td { color: #c00; }
 .plots { display: flex; flex-wrap: wrap; gap: 1rem; margin: 1rem 0; } figure { margin: 0; flex: 1 1 24rem; max-width: 32rem; }
 figcaption { font-weight: 600; font-size: 13px; }
 figure ol { columns: 2; margin: .2rem 0 0; padding-left: 1.6rem; font-size: 12px; } .usual { color: var(--mark); font-weight: 600; }
-.number { fill: var(--paper); font-weight: 600; } .pictures { display: flex; flex-wrap: wrap; gap: 1rem; } .pictures figure { flex: 0 0 auto; max-width: none; }
+.label { font-weight: 600; } .paper { fill: var(--paper); fill-opacity: .8; } .pictures { display: flex; flex-wrap: wrap; gap: 1rem; } .pictures figure { flex: 0 0 auto; max-width: none; }
+.wide { overflow-x: auto; } tr.same td { opacity: .75; } tr.same td + td { text-align: left; }
+.pairs { display: flex; flex-wrap: wrap; gap: 1rem; } .pairs figure { flex: 1 1 20rem; max-width: 100%; } .pairs img { image-rendering: pixelated; width: calc(50% - 2px); margin-right: 2px; background: #000; }
+code { overflow-wrap: anywhere; }
 .pictures img { image-rendering: pixelated; width: 9rem; margin-right: 2px; background: #000; }
 svg { width: 100%; height: auto; } svg text { font: 11px system-ui, sans-serif; fill: var(--ink); }
 .apart { fill: var(--paper); stroke: var(--ink); stroke-width: 1; }
@@ -48,13 +51,11 @@ pub fn html(report: &Report, machine: &str) -> String {
     if let Some(unrest) = report.unrest() {
         let _ = writeln!(out, "<p>{}</p>", escape(&unrest));
     }
+    for decision in &report.decisions {
+        super::decision::html(&mut out, decision);
+    }
     for section in &report.sections {
         section_html(&mut out, section);
-        let gained: String =
-            gained(section).iter().map(|line| format!("<li>{}</li>", escape(line))).collect();
-        if !gained.is_empty() {
-            let _ = writeln!(out, "<p>Times as fast as the picture as asked:</p>\n<ul>{gained}</ul>");
-        }
         if section.experiment.id == "stages" {
             let saved: String =
                 saved(report).iter().map(|line| format!("<li>{}</li>", escape(line))).collect();
@@ -110,7 +111,7 @@ fn section_html(out: &mut String, section: &Section) {
             let _ = writeln!(out, "<figure><figcaption>{}</figcaption>\n{plot}</figure>", escape(subject));
         }
     }
-    out.push_str("</div>\n<table>\n<thead><tr><th>alternative</th>");
+    out.push_str("</div>\n<div class=\"wide\"><table>\n<thead><tr><th>alternative</th>");
     for c in e.columns {
         let _ = write!(out, "<th>{}</th>", escape(c));
     }
@@ -136,7 +137,7 @@ fn section_html(out: &mut String, section: &Section) {
             let _ = writeln!(out, "<td>{}</td><td>{}</td></tr>", bounds.join("<br>"), spent(row));
         }
     }
-    out.push_str("</tbody>\n</table>\n");
+    out.push_str("</tbody>\n</table></div>\n");
     let derivations: String =
         derivations(section).iter().map(|line| format!("<li>{}</li>", escape(line))).collect();
     if !derivations.is_empty() {
@@ -150,7 +151,7 @@ fn section_html(out: &mut String, section: &Section) {
 }
 
 /// Escapes prose for HTML, with the code between backticks as such.
-fn prose(text: &str) -> String {
+pub(super) fn prose(text: &str) -> String {
     let parts = text.split('`').map(escape).enumerate();
     parts.map(|(i, part)| if i % 2 == 1 { format!("<code>{part}</code>") } else { part }).collect()
 }
@@ -181,6 +182,11 @@ fn pictures(out: &mut String, section: &Section) {
 
 /// Encodes RGBA bytes as a PNG in base 64.
 pub(crate) fn png_base64(width: u32, rgba: &[u8]) -> String {
+    base64(&png_bytes(width, rgba))
+}
+
+/// Encodes RGBA bytes as a PNG.
+pub(super) fn png_bytes(width: u32, rgba: &[u8]) -> Vec<u8> {
     let height = rgba.len() as u32 / 4 / width.max(1);
     let mut png = std::io::Cursor::new(Vec::new());
     image::write_buffer_with_format(
@@ -192,7 +198,7 @@ pub(crate) fn png_base64(width: u32, rgba: &[u8]) -> String {
         image::ImageFormat::Png,
     )
     .expect("whole rows of RGBA can be written to memory as PNG");
-    base64(png.get_ref())
+    png.into_inner()
 }
 
 /// Encodes bytes in padded base 64 (RFC 4648).

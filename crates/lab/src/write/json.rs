@@ -8,7 +8,7 @@ fn value(x: f64) -> Value {
     if x.is_finite() { json!(x) } else { json!(x.to_string()) }
 }
 
-fn errors(columns: &[&str], row: &Row) -> Value {
+pub(super) fn errors(columns: &[&str], row: &Row) -> Value {
     if !row.is_run {
         return Value::Null;
     }
@@ -90,14 +90,15 @@ pub fn json(report: &Report, machine: &str) -> Value {
             })
         })
         .collect();
-    json!({ "time_and_machine": machine, "time_unrest": report.unrest(), "quick": report.effort.is_quick, "sections": sections, "growth": scaling, "saved": saved })
+    let decisions: Vec<Value> = report.decisions.iter().map(super::decision::value).collect();
+    json!({ "time_and_machine": machine, "time_unrest": report.unrest(), "quick": report.effort.is_quick, "decisions": decisions, "sections": sections, "growth": scaling, "saved": saved })
 }
 
 /// Returns the errors alone, which are identical to the digit on every machine, by section,
 /// subject, alternative and column.
 pub fn errors_json(report: &Report) -> Value {
     let mut all = serde_json::Map::new();
-    for s in &report.sections {
+    for s in report.all_sections() {
         for r in s.rows.iter().filter(|r| r.is_run) {
             let key = format!("{} / {} / {}", s.experiment.id, r.subject, r.alternative);
             all.insert(key, errors(s.experiment.columns, r));

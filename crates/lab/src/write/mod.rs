@@ -1,20 +1,22 @@
 //! The report as Markdown, as JSON, and as one HTML page with plots.
 
+mod decision;
 mod html;
 mod json;
 mod markdown;
 mod plot;
 
+pub use decision::decision_pictures;
 pub use html::html;
 pub(crate) use html::png_base64;
 pub use json::{errors_json, json};
 pub use markdown::{goals_markdown, hard_markdown, markdown};
 pub use plot::{contact_sheet, escape};
 
-use super::{Bound, Experiment, Report, Row, Section, Standing, savings, speed_of};
+use super::{Bound, Experiment, Report, Row, Section, Standing, savings};
 
 /// Formats an error for a table, with its significant digits, identical on every machine.
-pub(super) fn number(x: f64) -> String {
+pub(crate) fn number(x: f64) -> String {
     if x == 0.0 {
         return "0".into();
     }
@@ -64,24 +66,6 @@ pub(super) fn saved(report: &Report) -> Vec<String> {
     savings(report).iter().map(line).collect()
 }
 
-/// Returns what each budget gains over the picture as asked, scene by scene, as lines of text.
-pub(super) fn gained(section: &Section) -> Vec<String> {
-    let line = |(subject, rows): (&str, &[Row])| {
-        let of = |row: &Row| {
-            let [low, median, high] = speed_of(row, rows)?;
-            Some(format!("{}: {median:.2} ({low:.2} to {high:.2})", row.alternative))
-        };
-        let parts: Vec<String> =
-            rows.iter().filter(|r| r.alternative.starts_with("max-error")).filter_map(of).collect();
-        (!parts.is_empty()).then(|| format!("{subject}: {}", parts.join("; ")))
-    };
-    if section.experiment.id != "pictures" {
-        Vec::new()
-    } else {
-        section.subjects().filter_map(line).collect()
-    }
-}
-
 /// Returns the derivations of a section's bounds, each once.
 pub(super) fn derivations(section: &Section) -> Vec<String> {
     let mut all = Vec::new();
@@ -117,7 +101,7 @@ pub(super) fn spent(row: &Row) -> String {
             format!("{} ({} to {})", time(median), time(low), time(high))
         }
         (Some([_, median, _]), _) => time(median),
-        _ if !row.is_run => "not run: this machine lacks it".into(),
+        _ if !row.is_run => "not run here".into(),
         _ if !row.is_within_bounds() => "outside its bound".into(),
         (None, Some(_)) => "not measurable here".into(),
         (None, None) => "-".into(),
