@@ -106,8 +106,8 @@ impl Asked<'_> {
             SandboxDir::open(folder).map_err(|e| SceneError::NoFile(format!("{}: {e}", folder.display())))
         };
         let load_dir = self.load_dir.map(open).transpose()?;
-        let lines = quality_line(&bytes);
-        let command = |setting: &Setting| of_play(&name, setting, lines, (own.is_none(), [width, height]));
+        let line = quality_line(&bytes);
+        let command = |setting: &Setting| of_play(&name, setting, line, [width, height]);
         let subject = Subject::Stream { bytes: &bytes, load_dir };
         decide(effort, self.question(path, subject, [width, height], &command)).map_err(|e| match e {
             DecideError::Stream(line) => SceneError::Refused(line.replacen("stream:", &format!("{name}:"), 1)),
@@ -134,19 +134,19 @@ fn of_render(name: &str, stem: &str, setting: &Setting) -> Option<String> {
     Some(format!("fbptr render {} -o {picture}{words}{own}", quoted(name)))
 }
 
-/// Returns the command that plays a stream with a setting: `QUALITY` follows its first `lines` lines.
-fn of_play(name: &str, setting: &Setting, lines: usize, (needs_size, [w, h]): (bool, [u32; 2])) -> Option<String> {
-    let size = if needs_size { format!(" --size {w}x{h}") } else { String::new() };
-    let file = quoted(name);
+/// Returns the command that plays a stream with a setting. `QUALITY` stands in the place of `SIZE`,
+/// which only files have: in the line with this number, or before the first one.
+fn of_play(name: &str, setting: &Setting, line: usize, [w, h]: [u32; 2]) -> Option<String> {
+    let (file, end) = (quoted(name), format!("--headless --snap frame.png --size {w}x{h}"));
     match setting {
-        Setting::Exact => Some(format!("fbptr play {file} --headless --snap frame.png{size}")),
+        Setting::Exact => Some(format!("fbptr play {file} {end}")),
         Setting::Within(max_error) => {
             let quality = format!("echo QUALITY max-error {max_error}");
-            let stream = match lines {
-                0 => format!("({quality}; cat {file})"),
-                n => format!("(head -n {n} {file}; {quality}; tail -n +{} {file})", n + 1),
+            let stream = match line {
+                0 => format!("{quality}; cat {file}"),
+                n => format!("{quality}; tail -n +{} {file}", n + 1),
             };
-            Some(format!("{stream} | fbptr play - --headless --snap frame.png{size}"))
+            Some(format!("({stream}) | fbptr play - {end}"))
         }
         _ => None,
     }

@@ -16,7 +16,7 @@ use fbptr_command::{
     Command, Decoder, EndOfInput, Flow, Limits as DecoderLimits, Sink, StreamError, StreamPosition,
 };
 use fbptr_formats::load::SandboxDir;
-use fbptr_server::{Budget, Engine, Limits, Notice, Output, Playback, StreamState};
+use fbptr_server::{Budget, Engine, Limits, Notice, Output, Playback, RECORD_MAGIC, StreamState};
 
 /// What is said of a stream before it is played.
 struct Overview {
@@ -149,8 +149,13 @@ pub(super) fn decide(
     if overview.asks_for_quality {
         notes.push("The stream sets QUALITY itself, which each row follows from there on.".into());
     }
+    let is_recording = bytes.starts_with(RECORD_MAGIC);
+    if is_recording {
+        notes.push("A recording keeps what its connections asked for: no budget is compared.".into());
+    }
+    let budgets: &[f64] = if is_recording { &[] } else { &question.budgets };
     let (mut ways, mut same_work) = (Vec::new(), Vec::new());
-    for setting in settings::of_stream(&question.budgets) {
+    for setting in settings::of_stream(budgets) {
         match overview.has_faces || setting == Setting::Exact {
             true => ways.push((within(bytes, &setting), setting)),
             false => same_work.push(SameWork { setting: setting.name(), of: Setting::Exact.name() }),
@@ -176,7 +181,7 @@ pub(super) fn decide(
     for (((_, setting), picture), ((), timing)) in ways.iter().zip(&pictures).zip(timings) {
         let standing = if *setting == Setting::Exact { Standing::Default } else { Standing::Mode };
         let key = (question.name.as_str(), &*setting.name(), standing);
-        // Two frames of bytes, each within 2 of the right one. What two faces share is not decided here.
+        // Two frames of bytes, each within 2 of the right one; what two faces share is not decided here.
         let promised = match setting {
             Setting::Within(_) => bounds(setting, 4.0).into_iter().take(1).collect(),
             _ => Vec::new(),

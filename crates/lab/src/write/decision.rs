@@ -1,9 +1,8 @@
 //! Decisions as Markdown, as a part of the HTML page, as JSON, and as pictures.
 
-use super::html::{png_base64, png_bytes, prose};
-use super::json::errors;
 use super::plot::{escape, speed_against_error};
-use super::{bounds, error, number, time};
+use super::png::{png_base64, png_bytes};
+use super::{bounds, errors, number, prose, time};
 use crate::decide::Decision;
 use crate::{Report, Row};
 use serde_json::{Value, json};
@@ -18,22 +17,42 @@ fn heading(decision: &Decision) -> String {
     format!("{}, {width}x{height}", decision.name)
 }
 
-/// Returns the time of a row with its quartiles, or why there is none.
-fn spent(row: &Row) -> String {
-    match row.nanosecond_quartiles() {
-        Some([low, median, high]) => format!("{} ({} to {})", time(median), time(low), time(high)),
-        None => super::spent(row),
+/// A cell of a table: a value, and its spread if it has one.
+struct Cell(String, Option<String>);
+
+impl Cell {
+    fn text(&self) -> String {
+        self.1.as_ref().map_or(self.0.clone(), |spread| format!("{} ({spread})", self.0))
+    }
+
+    fn html(&self) -> String {
+        let spread = self.1.as_ref().map_or(String::new(), |spread| format!("<br><small>{spread}</small>"));
+        format!("<td>{}{spread}</td>", escape(&self.0))
     }
 }
 
-/// Returns the cells of a row after its name: time, times as fast, errors, promise.
-fn cells(decision: &Decision, row: &Row) -> Vec<String> {
-    let speed = row.time_over(&decision.rows()[0]).map(|[low, median, high]| {
-        let [slow, usual, fast] = [high, median, low].map(|ratio| 1.0 / ratio);
-        if row.is_default() { "1".into() } else { format!("{usual:.2} ({slow:.2} to {fast:.2})") }
-    });
-    let mut cells = vec![spent(row), speed.unwrap_or_else(|| "-".into())];
-    cells.extend(row.errors.iter().map(|e| error(row, *e)));
+/// Formats an error in steps of 1/255, with two digits after the point where it is no whole number.
+fn steps(x: f64) -> String {
+    match x {
+        x if x.fract() == 0.0 => number(x),
+        x if x >= 0.01 => format!("{x:.2}"),
+        x => format!("{x:.0e}"),
+    }
+}
+
+/// Returns the cells of a row after its name: time, times as fast, errors.
+fn cells(decision: &Decision, row: &Row) -> Vec<Cell> {
+    let spent = match row.nanosecond_quartiles() {
+        Some([low, median, high]) => Cell(time(median), Some(format!("{} to {}", time(low), time(high)))),
+        None => Cell(super::spent(row), None),
+    };
+    let speed = match decision.rows()[0].time_over(row) {
+        Some(_) if row.is_default() => Cell("1".into(), None),
+        Some([low, median, high]) => Cell(format!("{median:.2}"), Some(format!("{low:.2} to {high:.2}"))),
+        None => Cell("-".into(), None),
+    };
+    let mut cells = vec![spent, speed];
+    cells.extend(row.errors.iter().map(|e| Cell(steps(*e), None)));
     cells
 }
 
@@ -66,7 +85,7 @@ pub(super) fn markdown(out: &mut String, decision: &Decision) {
     for row in shown(decision) {
         let name = if row.is_default() { format!("**{}**", row.alternative) } else { row.alternative.clone() };
         let front = if decision.is_on_front(row) { "*" } else { "" };
-        let _ = writeln!(out, "| {name} | {} | {front} |", cells(decision, row).join(" | "));
+        let _ = writeln!(out, "| {name} | {} | {front} |", cells(decision, row).iter().map(Cell::text).collect::<Vec<_>>().join(" | "));
     }
     for same in &decision.same_work {
         let _ = writeln!(out, "| {} | the same work as {} | | | | | |", same.setting, same.of);
@@ -88,7 +107,7 @@ pub(super) fn html(out: &mut String, decision: &Decision) {
             (true, true) => " class=\"default\"",
             (true, false) => "",
         };
-        let cells: String = cells(decision, row).iter().map(|c| format!("<td>{}</td>", escape(c))).collect();
+        let cells: String = cells(decision, row).iter().map(Cell::html).collect();
         let front = if decision.is_on_front(row) { " *" } else { "" };
         let _ = writeln!(out, "<tr{class}><td>{}{front}</td>{cells}</tr>", escape(&row.alternative));
     }

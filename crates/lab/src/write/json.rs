@@ -1,20 +1,8 @@
 //! Report as JSON.
 
-use crate::{Report, Row, Standing, savings, speed_of};
+use super::{errors, value};
+use crate::{Report, Standing, savings, speed_of};
 use serde_json::{Value, json};
-
-/// Converts a number; infinite ones, which JSON lacks, become text.
-fn value(x: f64) -> Value {
-    if x.is_finite() { json!(x) } else { json!(x.to_string()) }
-}
-
-pub(super) fn errors(columns: &[&str], row: &Row) -> Value {
-    if !row.is_run {
-        return Value::Null;
-    }
-    let pairs = columns.iter().zip(&row.errors).map(|(c, e)| ((*c).to_owned(), value(*e)));
-    Value::Object(pairs.collect())
-}
 
 /// Returns the whole report. The keys of all that comes from a clock, or differs from run to run for
 /// other reasons, contain `time`; everything else is the same in any two runs.

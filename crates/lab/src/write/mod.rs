@@ -5,15 +5,17 @@ mod html;
 mod json;
 mod markdown;
 mod plot;
+mod png;
 
 pub use decision::decision_pictures;
 pub use html::html;
-pub(crate) use html::png_base64;
 pub use json::{errors_json, json};
 pub use markdown::{goals_markdown, hard_markdown, markdown};
 pub use plot::{contact_sheet, escape};
+pub(crate) use png::png_base64;
 
 use super::{Bound, Experiment, Report, Row, Section, Standing, savings};
+use serde_json::Value;
 
 /// Formats an error for a table, with its significant digits, identical on every machine.
 pub(crate) fn number(x: f64) -> String {
@@ -120,4 +122,34 @@ pub(super) fn time(ns: f64) -> String {
 /// Formats bytes in MiB, or `-` if they are not available.
 pub(super) fn mebibytes(bytes: Option<u64>) -> String {
     bytes.map_or("-".into(), |b| format!("{:.1} MiB", b as f64 / 1048576.0))
+}
+
+/// Escapes prose for HTML, with the code between backticks as such.
+fn prose(text: &str) -> String {
+    let parts = text.split('`').map(escape).enumerate();
+    parts.map(|(i, part)| if i % 2 == 1 { format!("<code>{part}</code>") } else { part }).collect()
+}
+
+/// Converts a number; infinite ones, which JSON lacks, become text.
+fn value(x: f64) -> Value {
+    if x.is_finite() { Value::from(x) } else { Value::from(x.to_string()) }
+}
+
+/// Returns the errors of a row by their columns; null if it was not run.
+fn errors(columns: &[&str], row: &Row) -> Value {
+    if !row.is_run {
+        return Value::Null;
+    }
+    let pairs = columns.iter().zip(&row.errors).map(|(c, e)| ((*c).to_owned(), value(*e)));
+    Value::Object(pairs.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::prose;
+
+    #[test]
+    fn backticks_are_code() {
+        assert_eq!(prose("as `a < b` & so"), "as <code>a &lt; b</code> &amp; so");
+    }
 }

@@ -11,7 +11,8 @@ const RIGHT: f64 = 14.0;
 const TOP: f64 = 14.0;
 const BOTTOM: f64 = 44.0;
 
-/// Logarithmic axis over whole decades; values of 0 are at its start.
+/// Logarithmic axis over whole decades, or from 1, 2 or 5 to 1, 2 or 5 times a power of ten if its
+/// values lie near each other; values of 0 are at its start.
 struct Axis {
     first: f64,
     last: f64,
@@ -29,6 +30,10 @@ impl Axis {
         let room = if values.clone().any(|v| v <= 0.0) { 1.0 } else { 0.0 };
         let first = libm::floor(libm::log10(low) - 0.05) - room;
         let last = libm::ceil(libm::log10(high) + 0.05).max(first + 1.0);
+        if room == 0.0 && high <= NEAR * low {
+            let [first, last] = [round_below(low / 1.1), 1.0 / round_below(1.0 / (1.1 * high))];
+            return Axis { first: libm::log10(first), last: libm::log10(last), from_px, to_px };
+        }
         Axis { first, last, from_px, to_px }
     }
 
@@ -37,10 +42,27 @@ impl Axis {
         self.from_px + (self.to_px - self.from_px) * (log - self.first) / (self.last - self.first)
     }
 
-    fn decades(&self) -> impl Iterator<Item = f64> {
+    /// Returns the values that have a line: decades, and between them 2 and 5 times where the axis is
+    /// short.
+    fn marks(&self) -> Vec<f64> {
         let step = ((self.last - self.first) / 6.0).ceil().max(1.0) as usize;
-        (self.first as i32..=self.last as i32).step_by(step).map(|k| libm::pow(10.0, k as f64))
+        let [first, last] = [libm::floor(self.first) as i32, libm::ceil(self.last) as i32];
+        let of_decade: &[f64] = if self.last - self.first <= 1.5 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+        let decades = (first..=last).step_by(step).map(|k| libm::pow(10.0, f64::from(k)));
+        let all = decades.flat_map(|decade| of_decade.iter().map(move |part| part * decade));
+        let is_inside = |v: &f64| (self.first - 1e-9..=self.last + 1e-9).contains(&libm::log10(*v));
+        all.filter(is_inside).collect()
     }
+}
+
+/// Ratio of values up to which an axis need not have whole decades.
+const NEAR: f64 = 30.0;
+
+/// Returns the largest of 1, 2 and 5 times a power of ten that is not above a value.
+fn round_below(value: f64) -> f64 {
+    let decade = libm::pow(10.0, libm::floor(libm::log10(value) + 1e-9));
+    let part = [5.0, 2.0].into_iter().find(|part| part * decade <= value * (1.0 + 1e-9));
+    part.unwrap_or(1.0) * decade
 }
 
 /// Plot with the names of its numbered points.
@@ -151,7 +173,7 @@ fn free_place((px, py): (f64, f64), points: &[(f64, f64)], labels: &[(f64, f64)]
 
 /// Draws grid, labels and titles. `start` labels the start of the x axis, where values of 0 are.
 fn draw_axes(out: &mut String, x: &Axis, start: &str, x_title: &str, y: &Axis, y_title: &str) {
-    for (k, v) in x.decades().enumerate() {
+    for (k, v) in x.marks().into_iter().enumerate() {
         let at = x.place(v);
         let label = if k == 0 && !start.is_empty() { start.into() } else { number_of_decade(v) };
         let _ = writeln!(
@@ -165,7 +187,7 @@ fn draw_axes(out: &mut String, x: &Axis, start: &str, x_title: &str, y: &Axis, y
             HEIGHT - BOTTOM + 14.0
         );
     }
-    for v in y.decades() {
+    for v in y.marks() {
         let at = y.place(v);
         let _ = writeln!(
             out,
