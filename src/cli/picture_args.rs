@@ -1,9 +1,9 @@
 //! Arguments of one picture of a scene file: its size, background, camera planes, shading and time.
 
+use super::FrameSize;
 use super::args::color::color;
 use super::mesh_args::MeshArgs;
 use super::render::{finite, positive};
-use super::FrameSize;
 use crate::animation::FrameOptions;
 use crate::memory::Rgba;
 use crate::scene::ShadeMode;

@@ -19,7 +19,8 @@ fn scene() -> String {
     )
 }
 
-const STREAM: &str = "# a stream\nSIZE 64 48\nMESH m TEAPOT\nCLEAR black\nDRAW m\nPRESENT\nCLEAR black\nDRAW m\nPRESENT\n";
+const STREAM: &str =
+    "# a stream\nSIZE 64 48\nMESH m TEAPOT\nCLEAR black\nDRAW m\nPRESENT\nCLEAR black\nDRAW m\nPRESENT\n";
 
 /// Returns the first decision of a report on a file, which is written to the folder `name`.
 fn decided(folder: &Folder, name: &str, words: &[&str]) -> Value {
@@ -53,7 +54,10 @@ fn a_scene_is_decided_and_each_command_draws_its_row() {
     let file = folder.file("a ball.x3d", scene());
     let words = ["--scene", &file, "--size", "160x120", "--background", "navy", "--max-error", "4"];
     let decision = decided(&folder, "report", &words);
-    assert_eq!((&decision["size"], &decision["limit"]), (&serde_json::json!([160, 120]), &serde_json::json!(4.0)));
+    assert_eq!(
+        (&decision["size"], &decision["limit"]),
+        (&serde_json::json!([160, 120]), &serde_json::json!(4.0))
+    );
     for name in ["exact", "max-error 4", "gouraud"] {
         let row = setting(&decision, name);
         assert_eq!(row["errors"]["coverage off, pixels"], 0.0, "{row}");
@@ -61,7 +65,8 @@ fn a_scene_is_decided_and_each_command_draws_its_row() {
         // What has exact's errors and is no faster has no picture.
         if row["time_left_out"] == false {
             shell(&folder, row["command"].as_str().unwrap());
-            let [drawn, own] = [drawn, "a ball.png".into()].map(|f| image::open(folder.path(&f)).unwrap().to_rgba8());
+            let [drawn, own] =
+                [drawn, "a ball.png".into()].map(|f| image::open(folder.path(&f)).unwrap().to_rgba8());
             assert!(drawn == own, "{name}: {}", row["command"]);
         }
     }

@@ -13,7 +13,7 @@ use crate::animation::{Animation, LoadedScene};
 use crate::load::SandboxDir;
 use crate::measure::Effort;
 use crate::measure::decide::{
-    Decision, DecideError, Question, Setting, Subject, USUAL_BUDGETS, USUAL_LIMIT, decide, quality_line,
+    DecideError, Decision, Question, Setting, Subject, USUAL_BUDGETS, USUAL_LIMIT, decide, quality_line,
 };
 use crate::memory::VideoMemory;
 use crate::server::Limits;
@@ -62,7 +62,8 @@ impl Asked<'_> {
         let LoadedScene { file, held: _held, .. } =
             scene_file::read(path, options, &self.drawing.reading_budget(budget))?;
         let is_eye = matches!(file, SceneFile::Eye(_));
-        let not_for_eye = self.picture.not_for_eye(self.meshes).or((!self.budgets.is_empty()).then_some("--max-error"));
+        let not_for_eye =
+            self.picture.not_for_eye(self.meshes).or((!self.budgets.is_empty()).then_some("--max-error"));
         if let (true, Some(flag)) = (is_eye, not_for_eye) {
             let message = format!("{flag} is for scenes in three dimensions: {name} is an N-dimensional one");
             return Err(SceneError::NoFile(message));
@@ -98,8 +99,9 @@ impl Asked<'_> {
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(|e| SceneError::NoFile(format!("{name}: {e}")))?;
         let own = size_of_stream(&bytes).map_err(|e| SceneError::Refused(format!("{name}: {e}")))?;
-        let [width, height] =
-            own.or(self.picture.size).map_or(crate::animation::DEFAULT_SIZE, |size| [size.width, size.height]);
+        let [width, height] = own
+            .or(self.picture.size)
+            .map_or(crate::animation::DEFAULT_SIZE, |size| [size.width, size.height]);
         let too_large = Limits::default().check_frame(width, height);
         too_large.map_err(|e| SceneError::NoFile(format!("{name}: {}", e.message)))?;
         let open = |folder: &Path| {
@@ -110,7 +112,9 @@ impl Asked<'_> {
         let command = |setting: &Setting| of_play(&name, setting, line, [width, height]);
         let subject = Subject::Stream { bytes: &bytes, load_dir };
         decide(effort, self.question(path, subject, [width, height], &command)).map_err(|e| match e {
-            DecideError::Stream(line) => SceneError::Refused(line.replacen("stream:", &format!("{name}:"), 1)),
+            DecideError::Stream(line) => {
+                SceneError::Refused(line.replacen("stream:", &format!("{name}:"), 1))
+            }
             e => SceneError::Refused(format!("{name}: {e}")),
         })
     }
@@ -122,7 +126,13 @@ fn of_render(name: &str, stem: &str, setting: &Setting) -> Option<String> {
         Setting::Exact => String::new(),
         Setting::Within(max_error) => format!(" --max-error {max_error}"),
         Setting::Shade(shade) => format!(" --shade {}", shade.as_str()),
-        Setting::Fan(rays) => return Some(format!("fbptr eye {} --fan {rays} > {}", quoted(name), quoted(&format!("{stem}.json")))),
+        Setting::Fan(rays) => {
+            return Some(format!(
+                "fbptr eye {} --fan {rays} > {}",
+                quoted(name),
+                quoted(&format!("{stem}.json"))
+            ));
+        }
         Setting::Filter(_) | Setting::Affine => return None,
     };
     let picture = quoted(&format!("{stem}.png"));

@@ -9,8 +9,8 @@ use super::render_args::RenderArgs;
 use super::scene_file::SceneError;
 use super::{Status, output, say_as_program};
 use crate::measure::{Effort, Report, Section, hard, peers_of, run, write};
-use decisions::Asked;
 use clap::Args;
+use decisions::Asked;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 

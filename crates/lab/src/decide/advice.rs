@@ -52,7 +52,8 @@ impl Decision {
         let exact = rows.first().filter(|row| row.nanoseconds_per_unit().is_some())?;
         let mut best = 0;
         for (i, row) in rows.iter().enumerate().skip(1) {
-            let is_within = row.errors[PERCENTILE] <= self.limit && row.errors[COVERAGE] <= exact.errors[COVERAGE];
+            let is_within =
+                row.errors[PERCENTILE] <= self.limit && row.errors[COVERAGE] <= exact.errors[COVERAGE];
             if !is_within || row.is_plainly_faster(exact) != Some(true) {
                 continue;
             }

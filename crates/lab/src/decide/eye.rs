@@ -7,7 +7,10 @@
 use super::super::clock::Work;
 use super::super::experiment::{Bound, Check, Effort, Row, Standing, Truth};
 use super::super::report::Section;
-use super::{COVERAGE, DECISION, DecideError, Decision, LARGEST, Question, SameWork, Setting, rows_effort, settings, summary};
+use super::{
+    COVERAGE, DECISION, DecideError, Decision, LARGEST, Question, SameWork, Setting, rows_effort, settings,
+    summary,
+};
 use fbptr_core::executor::Executor;
 use fbptr_core::eye::{EyeLightKind, EyePicture, EyeScene, Fibre, Pose, blit, render_with};
 use fbptr_core::memory::VideoMemory;
@@ -69,7 +72,9 @@ impl Seen {
 
     /// Makes a picture wrong by a little more than a bound: tests of the report use it.
     fn spoil(&self, picture: &mut EyePicture, bound: &Bound) {
-        let Some((&i, _)) = self.pixels.iter().zip(&self.points).find(|(_, p)| p.facet != MISS) else { return };
+        let Some((&i, _)) = self.pixels.iter().zip(&self.points).find(|(_, p)| p.facet != MISS) else {
+            return;
+        };
         match bound.column {
             COVERAGE => picture.facet[i] = MISS,
             _ => picture.color[i][0] += 2.0 * bound.at_most,
@@ -111,7 +116,11 @@ fn fibre(setting: &Setting) -> Fibre {
 }
 
 /// Compares the exact fibre of a scene with fans of rays.
-pub(super) fn decide(effort: &Effort, scene: &EyeScene, question: &Question<'_>) -> Result<Decision, DecideError> {
+pub(super) fn decide(
+    effort: &Effort,
+    scene: &EyeScene,
+    question: &Question<'_>,
+) -> Result<Decision, DecideError> {
     let mut notes = Vec::new();
     let mut same_work = Vec::new();
     let mut ways = Vec::new();

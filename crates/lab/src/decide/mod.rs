@@ -145,10 +145,16 @@ pub fn decide(effort: &Effort, question: Question<'_>) -> Result<Decision, Decid
             let transparency = Transparency::AfterOpaque(order);
             let settings = Settings { shade, transparency, ..Settings::default() };
             let (name, scene) = (question.name.clone(), Scene::clone(scene));
-            of_case(effort, &Case { name, scene, settings, format: Default::default(), width, height }, &question)
+            of_case(
+                effort,
+                &Case { name, scene, settings, format: Default::default(), width, height },
+                &question,
+            )
         }
         Subject::Eye(scene) => eye::decide(effort, scene, &question),
-        Subject::Stream { bytes, ref load_dir } => stream::decide(effort, bytes, load_dir.as_ref(), &question),
+        Subject::Stream { bytes, ref load_dir } => {
+            stream::decide(effort, bytes, load_dir.as_ref(), &question)
+        }
     }
 }
 

@@ -9,18 +9,19 @@ use super::super::clock::Work;
 use super::super::experiment::{Check, Effort, Row, Standing};
 use super::super::report::Section;
 use super::truth::Found;
-use super::{DECISION, DecideError, Decision, Question, SameWork, Setting, bounds, rows_effort, settings, summary};
-use fbptr_core::memory::Rgba;
-use fbptr_core::pipeline::{RenderOptions, RenderPath, Renderer};
+use super::{
+    DECISION, DecideError, Decision, Question, SameWork, Setting, bounds, rows_effort, settings, summary,
+};
 use fbptr_command::{
     Command, Decoder, EndOfInput, Flow, Limits as DecoderLimits, Sink, StreamError, StreamPosition,
 };
+use fbptr_core::memory::Rgba;
+use fbptr_core::pipeline::{RenderOptions, RenderPath, Renderer};
 use fbptr_formats::load::SandboxDir;
 use fbptr_server::{Budget, Engine, Limits, Notice, Output, Playback, RECORD_MAGIC, StreamState};
 
 /// What is said of a stream before it is played.
 struct Overview {
-    presents: u32,
     background: Rgba,
     has_faces: bool,
     asks_for_quality: bool,
@@ -33,7 +34,6 @@ impl Sink for Overview {
 
     fn command(&mut self, command: Command, _: StreamPosition) -> Flow {
         match command {
-            Command::Present { .. } => self.presents += 1,
             Command::Clear { color } => self.background = color,
             Command::Quality { .. } => self.asks_for_quality = true,
             Command::Draw { .. } | Command::DrawScene { .. } => self.has_faces = true,
@@ -50,8 +50,7 @@ impl Sink for Overview {
 
 impl Overview {
     fn of(bytes: &[u8]) -> Overview {
-        let mut overview =
-            Overview { presents: 0, background: [0, 0, 0, 255], has_faces: false, asks_for_quality: false };
+        let mut overview = Overview { background: [0, 0, 0, 255], has_faces: false, asks_for_quality: false };
         let mut decoder = Decoder::new(DecoderLimits::default());
         let _ = decoder.feed(bytes, &mut overview);
         let _ = decoder.finish(EndOfInput::File, &mut overview);
@@ -65,7 +64,9 @@ pub fn quality_line(stream: &[u8]) -> usize {
     let is_command = |line: &&[u8]| !line.starts_with(b"#") && !line.trim_ascii().is_empty();
     let first = stream.split(|&b| b == b'\n').enumerate().find(|(_, line)| is_command(line));
     match first {
-        Some((i, line)) if line.trim_ascii_start().get(..4).is_some_and(|v| v.eq_ignore_ascii_case(b"SIZE")) => {
+        Some((i, line))
+            if line.trim_ascii_start().get(..4).is_some_and(|v| v.eq_ignore_ascii_case(b"SIZE")) =>
+        {
             i + 1
         }
         _ => 0,
@@ -81,13 +82,13 @@ fn within(stream: &[u8], setting: &Setting) -> Vec<u8> {
     [head, format!("QUALITY max-error {max_error}\n").as_bytes(), tail].concat()
 }
 
-/// Plays a stream to its end. Returns its last frame.
+/// Plays a stream to its end. Returns its last frame, and the number of frames that it presents.
 fn play(
     bytes: &[u8],
     [width, height]: [u32; 2],
     load_dir: Option<&SandboxDir>,
     renderer: Renderer,
-) -> Result<Vec<u8>, DecideError> {
+) -> Result<(Vec<u8>, u32), DecideError> {
     let limits = Limits::default().for_frame(width, height);
     let mut engine =
         Engine::with_limits(width, height, limits).map_err(|e| DecideError::Stream(e.message.to_string()))?;
@@ -113,7 +114,10 @@ fn play(
     }
     match out.notices.iter().find(|notice| matches!(notice, Notice::Refused(_))) {
         Some(refused) => Err(DecideError::Stream(refused.play_line("stream"))),
-        None => Ok(engine.into_memory().bytes().to_vec()),
+        None => {
+            let frames = u32::try_from(engine.frames()).unwrap_or(u32::MAX);
+            Ok((engine.into_memory().bytes().to_vec(), frames))
+        }
     }
 }
 
@@ -140,11 +144,16 @@ pub(super) fn decide(
     question: &Question<'_>,
 ) -> Result<Decision, DecideError> {
     let overview = Overview::of(bytes);
+    let plain = RenderOptions { path: RenderPath::Plain, ..RenderOptions::default() };
+    let (right, frames) = play(bytes, question.size, load_dir, Renderer::new(plain))?;
+    let (right, frames) = (found(right, overview.background), frames.max(1));
+    if !right.drawn.contains(&true) {
+        return Err(DecideError::Nothing("every pixel of the last frame has the background's colour".into()));
+    }
     let mut notes = vec![format!(
-        "Compared is the last frame, with the plain path's in f64; a frame's time is that of the whole stream, its bytes \
-         included, over its {} frames. Figures of two dimensions have no second code in the truth. Drawn on is what differs \
-         from the colour of the last CLEAR.",
-        overview.presents.max(1)
+        "Compared is the last frame, with the plain path's in f64. A frame's time is that of the whole stream, its bytes \
+         included, over the frames that it presents ({frames}). Figures of two dimensions have no second code in the truth. \
+         Drawn on is what differs from the colour of the last CLEAR."
     )];
     if overview.asks_for_quality {
         notes.push("The stream sets QUALITY itself, which each row follows from there on.".into());
@@ -161,14 +170,9 @@ pub(super) fn decide(
             false => same_work.push(SameWork { setting: setting.name(), of: Setting::Exact.name() }),
         }
     }
-    let plain = RenderOptions { path: RenderPath::Plain, ..RenderOptions::default() };
-    let right = found(play(bytes, question.size, load_dir, Renderer::new(plain))?, overview.background);
-    if !right.drawn.contains(&true) {
-        return Err(DecideError::Nothing("every pixel of the last frame has the background's colour".into()));
-    }
     let mut pictures = Vec::new();
     for (stream, _) in &ways {
-        let bytes = play(stream, question.size, load_dir, effort.renderer())?;
+        let (bytes, _) = play(stream, question.size, load_dir, effort.renderer())?;
         pictures.push(found(bytes, overview.background));
     }
     let work = |(stream, _): &'_ (Vec<u8>, Setting)| {
@@ -187,7 +191,7 @@ pub(super) fn decide(
             _ => Vec::new(),
         };
         let row = Row::judged(effort, key, picture, promised, |f| errors(f, &right), |_, _| {});
-        let row = row.timed(timing, f64::from(overview.presents.max(1)));
+        let row = row.timed(timing, f64::from(frames));
         rows.push(row.with_picture(question.size[0], picture.bytes.clone(), right.bytes.clone()));
     }
     let section = Section { experiment: DECISION, rows, check: Check { difference: 0.0, at_most: 0.0 } };

@@ -36,7 +36,8 @@ fn decided(scene: Scene, budgets: &[f64]) -> Decision {
 }
 
 fn case(scene: &Scene) -> Case {
-    let settings = Settings { transparency: Transparency::AfterOpaque(Default::default()), ..Settings::default() };
+    let settings =
+        Settings { transparency: Transparency::AfterOpaque(Default::default()), ..Settings::default() };
     let [width, height] = SIZE;
     Case { name: "picture".into(), scene: scene.clone(), settings, format: Default::default(), width, height }
 }
@@ -67,7 +68,12 @@ fn errors_are_those_of_the_reference_at_every_pixel() {
         let found = Found::draw(&mut Renderer::default(), &scene, &options, &case).unwrap();
         let (largest, coverage) = by_reference(&case, &found);
         // The plain path is within half a step of the reference, on each side of a rounding.
-        assert!((row.errors[LARGEST] - largest).abs() <= 1.0, "{}: {:?} {largest}", row.alternative, row.errors);
+        assert!(
+            (row.errors[LARGEST] - largest).abs() <= 1.0,
+            "{}: {:?} {largest}",
+            row.alternative,
+            row.errors
+        );
         assert_eq!(row.errors[COVERAGE], coverage as f64, "{}", row.alternative);
         assert_eq!(coverage, 0);
     }
@@ -166,7 +172,10 @@ fn the_front_and_the_recommendation_rest_on_figures() {
     // A promise goes before what is measured and hardly faster; pixels may not be missing.
     assert_eq!(decision.recommended().map(|i| decision.settings[i]), Some(Setting::Within(4.0)));
     let sentence = decision.recommendation().unwrap();
-    assert!(sentence.contains("1.39 times as fast") && sentence.ends_with("`draw max-error 4`"), "{sentence}");
+    assert!(
+        sentence.contains("1.39 times as fast") && sentence.ends_with("`draw max-error 4`"),
+        "{sentence}"
+    );
     assert!(decision.is_idle(&decision.rows()[1]) && decision.idle().unwrap().contains("max-error 1 has"));
     let on_front = |d: &Decision| -> Vec<String> {
         d.rows().iter().filter(|r| d.is_on_front(r)).map(|r| r.alternative.clone()).collect()
@@ -185,7 +194,8 @@ fn the_front_and_the_recommendation_rest_on_figures() {
 fn an_eye_that_is_turned_sees_its_scene_turned() {
     let scene = super::super::eye::two_tesseracts([24, 18]);
     let scene = scene.turned(&[Rotation { a: 1, b: 3, angle_deg: 20.0 }]).unwrap();
-    let question = Question { subject: Subject::Eye(&scene), size: [24, 18], ..question(Scene::default(), &[]) };
+    let question =
+        Question { subject: Subject::Eye(&scene), size: [24, 18], ..question(Scene::default(), &[]) };
     let decision = decide(&Effort::QUICK.untimed(), question).unwrap();
     let exact = &decision.rows()[0];
     assert!(exact.errors[LARGEST] < 1e-6 && exact.errors[COVERAGE] == 0.0, "{:?}", exact.errors);
@@ -200,12 +210,15 @@ fn a_streams_budget_comes_after_its_size() {
     assert_eq!([quality_line(stream.as_bytes()), quality_line(drawing.as_bytes())], [2, 0]);
     let picture = "SIZE 80 60\nCLEAR 102030\nFILLRECT 10 10 20 5 red\nPRESENT\nPRESENT\n";
     let subject = || Subject::Stream { bytes: picture.as_bytes(), load_dir: None };
-    let decision =
-        decide(&Effort::QUICK.untimed(), Question { subject: subject(), ..question(Scene::default(), &[4.0]) });
+    let decision = decide(
+        &Effort::QUICK.untimed(),
+        Question { subject: subject(), ..question(Scene::default(), &[4.0]) },
+    );
     let decision = decision.unwrap();
     assert_eq!((decision.rows().len(), decision.rows()[0].errors[COVERAGE]), (1, 0.0));
     assert_eq!(decision.same_work[0].of, "exact");
     let refused = Subject::Stream { bytes: b"LINE 1\n", load_dir: None };
-    let error = decide(&Effort::QUICK.untimed(), Question { subject: refused, ..question(Scene::default(), &[]) });
+    let error =
+        decide(&Effort::QUICK.untimed(), Question { subject: refused, ..question(Scene::default(), &[]) });
     assert!(matches!(error, Err(DecideError::Stream(line)) if line.contains(":1")));
 }

@@ -128,13 +128,13 @@ impl RightPicture {
         asked.sort_unstable();
         asked.dedup();
         let width = case.width as usize;
-        let pixels: Vec<[u32; 2]> =
-            asked.iter().map(|i| [(i % width) as u32, (i / width) as u32]).collect();
+        let pixels: Vec<[u32; 2]> = asked.iter().map(|i| [(i % width) as u32, (i / width) as u32]).collect();
         let reference =
             render_pixels(&case.scene, case.width, case.height, case.format, &case.settings, &pixels)?;
         let mut difference = 0;
         for (&i, &[x, y]) in asked.iter().zip(&pixels) {
-            let answer = |s: &fbptr_truth::PixelState| Answer { drawn: s.drawn.is_some(), low: s.lo, high: s.hi };
+            let answer =
+                |s: &fbptr_truth::PixelState| Answer { drawn: s.drawn.is_some(), low: s.lo, high: s.hi };
             let answers: Vec<Answer> = match reference.is_free(x, y) {
                 true => Vec::new(),
                 false => reference.states(x, y).iter().map(answer).collect(),

@@ -83,9 +83,14 @@ pub(super) fn markdown(out: &mut String, decision: &Decision) {
     }
     let _ = writeln!(out, "| {} | |\n|---|{}---|", HEADS.join(" | "), "---:|".repeat(HEADS.len() - 1));
     for row in shown(decision) {
-        let name = if row.is_default() { format!("**{}**", row.alternative) } else { row.alternative.clone() };
+        let name =
+            if row.is_default() { format!("**{}**", row.alternative) } else { row.alternative.clone() };
         let front = if decision.is_on_front(row) { "*" } else { "" };
-        let _ = writeln!(out, "| {name} | {} | {front} |", cells(decision, row).iter().map(Cell::text).collect::<Vec<_>>().join(" | "));
+        let _ = writeln!(
+            out,
+            "| {name} | {} | {front} |",
+            cells(decision, row).iter().map(Cell::text).collect::<Vec<_>>().join(" | ")
+        );
     }
     for same in &decision.same_work {
         let _ = writeln!(out, "| {} | the same work as {} | | | | | |", same.setting, same.of);
@@ -114,7 +119,10 @@ pub(super) fn html(out: &mut String, decision: &Decision) {
     for same in &decision.same_work {
         let of = escape(&same.of);
         let setting = escape(&same.setting);
-        let _ = writeln!(out, "<tr class=\"same\"><td>{setting}</td><td colspan=\"5\">the same work as {of}</td></tr>");
+        let _ = writeln!(
+            out,
+            "<tr class=\"same\"><td>{setting}</td><td colspan=\"5\">the same work as {of}</td></tr>"
+        );
     }
     out.push_str("</tbody>\n</table></div>\n");
     let rows: Vec<Row> = shown(decision).cloned().collect();

@@ -164,8 +164,10 @@ fn free_place((px, py): (f64, f64), points: &[(f64, f64)], labels: &[(f64, f64)]
         (px + ring * LABEL_AWAY * libm::cos(angle), py + ring * LABEL_AWAY * libm::sin(angle))
     });
     let is_free = |&(x, y): &(f64, f64)| {
-        let is_inside = (LEFT + 7.0..WIDTH - 7.0).contains(&x) && (TOP - 6.0..HEIGHT - BOTTOM - 7.0).contains(&y);
-        let is_clear = |others: &[(f64, f64)], least: f64| others.iter().all(|o| libm::hypot(o.0 - x, o.1 - y) >= least);
+        let is_inside =
+            (LEFT + 7.0..WIDTH - 7.0).contains(&x) && (TOP - 6.0..HEIGHT - BOTTOM - 7.0).contains(&y);
+        let is_clear =
+            |others: &[(f64, f64)], least: f64| others.iter().all(|o| libm::hypot(o.0 - x, o.1 - y) >= least);
         is_inside && is_clear(points, 11.0) && is_clear(labels, 14.0)
     };
     around.clone().find(is_free).unwrap_or((px, py))
