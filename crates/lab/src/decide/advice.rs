@@ -85,13 +85,12 @@ impl Decision {
             true => "which is promised for every camera",
             false => "measured for this picture alone",
         };
+        let [usual, largest] =
+            [PERCENTILE, LARGEST].map(|column| super::super::write::number(row.errors[column]));
         Some(format!(
-            "Draw it with {}: {median:.2} times as fast as exact ({low:.2} to {high:.2}), at most {} steps of 255 off in 999 of \
-             1000 pixels, {}, {} at most{command}",
-            row.alternative,
-            super::super::write::number(row.errors[PERCENTILE]),
-            sure,
-            super::super::write::number(row.errors[LARGEST]),
+            "Draw it with {}: {median:.2} times as fast as exact ({low:.2} to {high:.2}); it is off by at most {usual} steps of \
+             255 in 999 of 1000 pixels and by {largest} in all, {sure}{command}",
+            row.alternative
         ))
     }
 }

@@ -150,15 +150,7 @@ pub(super) fn decide(
         let why = format!("the reference sees nothing at any of {} pixels", seen.points.len());
         return Err(DecideError::Nothing(why));
     }
-    let [of, all] = [seen.points.len(), scene.pixel_count()];
-    notes.insert(
-        0,
-        format!(
-            "Compared with the reference of 32 digits, which tries every set of active inequalities, at {of} of {all} pixels \
-             chosen at random{}.",
-            if of < all { "; pixels of coverage are those among them" } else { "" }
-        ),
-    );
+    notes.insert(0, compared_in_words(seen.points.len(), scene.pixel_count()));
     let executor = Executor::of_pool(worker_pool(Some(effort.threads)));
     let draw = |fibre| render_with(scene, fibre, &executor);
     let mut pictures = Vec::new();
@@ -193,6 +185,17 @@ pub(super) fn decide(
     let experiment = super::Experiment { truth, ..DECISION };
     let section = Section { experiment, rows, check: Check { difference: 0.0, at_most: 0.0 } };
     Ok(Decision::new(question, section, ways, same_work, notes))
+}
+
+/// Says what the pictures are compared with, and at which pixels.
+fn compared_in_words(count: usize, all: usize) -> String {
+    let pixels = match count < all {
+        true => format!("{count} of {all} pixels chosen at random; pixels of coverage are those among them"),
+        false => format!("all {all} pixels"),
+    };
+    format!(
+        "Compared with the reference of 32 digits, which tries every set of active inequalities, at {pixels}."
+    )
 }
 
 /// Returns the promise of the exact fibre.

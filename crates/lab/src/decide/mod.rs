@@ -139,7 +139,7 @@ pub struct Decision {
 /// # Errors
 /// If it cannot be drawn, or nothing of it is seen.
 pub fn decide(effort: &Effort, question: Question<'_>) -> Result<Decision, DecideError> {
-    match question.subject {
+    let mut decision = match question.subject {
         Subject::Solid { ref scene, shade, order } => {
             let [width, height] = question.size;
             let transparency = Transparency::AfterOpaque(order);
@@ -155,7 +155,10 @@ pub fn decide(effort: &Effort, question: Question<'_>) -> Result<Decision, Decid
         Subject::Stream { bytes, ref load_dir } => {
             stream::decide(effort, bytes, load_dir.as_ref(), &question)
         }
-    }
+    }?;
+    let threads = if effort.threads == 1 { "1 thread".into() } else { format!("{} threads", effort.threads) };
+    decision.notes.push(format!("Times are those of {threads}; `--threads` sets another number."));
+    Ok(decision)
 }
 
 /// Returns the decisions of the scenes that the program makes.
@@ -300,7 +303,7 @@ fn shared_code(renderer: &Renderer, scene: &Scene) -> Option<String> {
     let lines: usize = meshes.map(|mesh| mesh.lines.len() + mesh.points.len()).sum();
     let mut shared = Vec::new();
     if counts.reference > 0 {
-        shared.push(format!("{} faces (no faster path supports them)", counts.reference));
+        shared.push("faces that no faster path supports".to_owned());
     }
     if lines > 0 {
         shared.push(format!("{lines} lines and points"));

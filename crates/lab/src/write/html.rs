@@ -22,7 +22,7 @@ figcaption { font-weight: 600; font-size: 13px; }
 figure ol { columns: 2; margin: .2rem 0 0; padding-left: 1.6rem; font-size: 12px; } .usual { color: var(--mark); font-weight: 600; }
 .label { font-weight: 600; } .paper { fill: var(--paper); fill-opacity: .8; } .pictures { display: flex; flex-wrap: wrap; gap: 1rem; } .pictures figure { flex: 0 0 auto; max-width: none; }
 .wide { overflow-x: auto; } .decision td, td small { white-space: nowrap; } td small { opacity: .75; } tr.same td { opacity: .75; } tr.same td + td { text-align: left; }
-.pairs { display: flex; flex-wrap: wrap; gap: 1rem; } .pairs figure { flex: 1 1 min(28rem, 100%); max-width: 100%; } .pairs img { image-rendering: pixelated; width: calc(50% - 2px); margin-right: 2px; background: #000; }
+.pairs { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(28rem, 100%), 1fr)); gap: 1rem; } .pairs figure { max-width: 100%; } .pairs img { image-rendering: pixelated; width: calc(50% - 2px); margin-right: 2px; background: #000; }
 code { overflow-wrap: anywhere; }
 .pictures img { image-rendering: pixelated; width: 9rem; margin-right: 2px; background: #000; }
 svg { width: 100%; height: auto; } svg text { font: 11px system-ui, sans-serif; fill: var(--ink); }
@@ -31,6 +31,7 @@ svg { width: 100%; height: auto; } svg text { font: 11px system-ui, sans-serif; 
 .front { fill: none; stroke: var(--front); stroke-width: 1.5; stroke-dasharray: 4 3; }
 .aside { stroke: var(--ink); stroke-width: 1; fill: var(--ink); }
 .verdict { border-left: 3px solid var(--front); padding-left: .8rem; }
+@media (max-width: 40rem) { th, td { padding: .2rem .25rem; font-size: 12px; } .decision td:first-child, td small { white-space: normal; } td small { display: block; line-height: 1.2; } td br { display: none; } }
 @media print { body { max-width: none; margin: 0; } h2 { break-after: avoid; } figure, tr { break-inside: avoid; } }
 ";
 
