@@ -121,7 +121,9 @@ const EXAMPLES: &[(&str, &str)] = &[
     ),
     (
         "report",
-        "  fbptr report --quick
+        "  fbptr report --scene model.obj --out report
+  fbptr report --scene model.obj --size 1280x720 --max-error 8
+  fbptr report --quick
   fbptr report --out report
   fbptr report --hard",
     ),

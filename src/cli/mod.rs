@@ -25,6 +25,7 @@ mod mesh_args;
 mod movie;
 mod mygl;
 mod output;
+mod picture_args;
 mod play;
 mod playground;
 mod progress;

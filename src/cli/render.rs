@@ -1,26 +1,26 @@
 //! `fbptr render`: a scene file to a picture, or to the pictures of its animation.
 
-use super::args::color::color;
 use super::batch::ShardArgs;
 use super::black_picture::BlackPicture;
 use super::expect::ExpectArgs;
 use super::mesh_args::MeshArgs;
+use super::picture_args::PictureArgs;
 use super::render_args::RenderArgs;
 use super::render_output::{ENDINGS, RenderOutput};
 use super::scene_file::{self, ReadOptions, SceneError, SceneFile};
 use super::table::Table;
 use super::trace::{self, TraceAt};
-use super::{FrameSize, Status, output, say_as_program};
+use super::{Status, output, say_as_program};
 use crate::animation::{Animation, FrameOptions, LoadedScene, PlaneTurn};
 use crate::executor::Executor;
 use crate::eye;
 use crate::measure::{self, all_stages};
-use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
+use crate::memory::{DepthFormat, DepthMemory, VideoMemory};
 use crate::pipeline::quality::{Budget, MeshShapes, prove};
 use crate::pipeline::{DepthUse, EmptyDraw, Renderer, SceneOptions, Target};
 use crate::save::{self, MovieFormat, SaveError};
-use crate::scene::{Scene, ShadeMode};
-use crate::server::{Limits, worker_pool};
+use crate::scene::Scene;
+use crate::server::worker_pool;
 use crate::viewer::{Model, STUDIO_SIZE, Viewer, ViewerOptions, turntable_rate};
 use clap::Args;
 use std::io::IsTerminal;
@@ -39,27 +39,11 @@ pub struct Render {
     /// The picture: .png, .ppm or .raw; with --frames a movie too: .gif, .apng, .y4m, or - for y4m on standard output
     #[arg(short, long, value_name = "OUT", required_unless_present_any = ["trace", "list", "expect", "table"])]
     out: Option<PathBuf>,
-    /// The picture's size [default: 640x480, or an N-dimensional screen's own]
-    #[arg(long, value_name = "WxH")]
-    size: Option<FrameSize>,
-    /// The colour behind scenes that have no background of their own, in hex or by its CSS name
-    #[arg(long, value_name = "COLOUR", value_parser = color, default_value = "black")]
-    background: Rgba,
-    /// Let the scene read files from this folder, not only from its own
-    #[arg(long, value_name = "DIR")]
-    root: Option<PathBuf>,
+    #[command(flatten)]
+    picture: PictureArgs,
     /// Make the picture that `fbptr view` shows: framed, lit by three lights, on a ground, with smooth edges [its size: 960x720]
     #[arg(long, conflicts_with_all = ["background", "shade", "near", "far", "depth_out", "max_error", "explain", "all_stages", "trace", "table"])]
     studio: bool,
-    /// Shading of faces: wire, flat, gouraud or phong
-    #[arg(long, value_name = "S", value_parser = shade)]
-    shade: Option<ShadeMode>,
-    /// Distance to the near plane
-    #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
-    near: Option<f64>,
-    /// Distance to the far plane
-    #[arg(long, value_name = "F", value_parser = positive, allow_negative_numbers = true)]
-    far: Option<f64>,
     /// Write the depth too
     #[arg(long, value_name = "OUT.pfm")]
     depth_out: Option<PathBuf>,
@@ -80,9 +64,6 @@ pub struct Render {
     table: Option<Table>,
     #[command(flatten)]
     expect: ExpectArgs,
-    /// Seconds since the scene's start
-    #[arg(long, value_name = "T", value_parser = finite, default_value = "0", allow_negative_numbers = true)]
-    time: f64,
     /// Number of pictures, one turn of a scene without an animation; but in a movie, their names have a number before the ending
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
@@ -100,10 +81,6 @@ pub struct Render {
     drawing: RenderArgs,
 }
 
-fn shade(text: &str) -> Result<ShadeMode, String> {
-    ShadeMode::from_keyword(text).ok_or_else(|| "expected wire, flat, gouraud or phong".to_owned())
-}
-
 pub(super) fn finite(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|n: &f64| n.is_finite()).ok_or_else(|| "expected a finite number".to_owned())
 }
@@ -112,7 +89,7 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     finite(text).ok().filter(|n| *n > 0.0).ok_or_else(|| "expected a finite number above 0".to_owned())
 }
 
-fn not_negative(text: &str) -> Result<f64, String> {
+pub(super) fn not_negative(text: &str) -> Result<f64, String> {
     finite(text).ok().filter(|n| *n >= 0.0).ok_or_else(|| "expected a finite number of 0 or more".to_owned())
 }
 
@@ -163,7 +140,7 @@ impl Render {
         self.check()?;
         let expected = self.expect.check(&self.drawing).map_err(SceneError::NoFile)?;
         let budget = &self.drawing.budget();
-        let options = ReadOptions { root: self.root.as_deref(), meshes: &self.meshes };
+        let options = ReadOptions { root: self.picture.root.as_deref(), meshes: &self.meshes };
         let LoadedScene { file, crc, held: _held, .. } =
             scene_file::read(self.scene(), options, &self.drawing.reading_budget(budget))?;
         let renderer = self.drawing.renderer_within(budget);
@@ -279,13 +256,7 @@ impl Render {
                 }
             }
         }
-        if let (Some(near), Some(far)) = (self.near, self.far)
-            && near >= far
-        {
-            return Err(bad(format!("--near {near} must be less than --far {far}")));
-        }
-        let size = self.size.unwrap_or(FrameSize::DEFAULT);
-        Limits::default().check_frame(size.width, size.height).map_err(|e| bad(e.message))
+        self.picture.check().map_err(bad)
     }
 
     /// Checks that no argument is for scenes in three dimensions.
@@ -294,18 +265,11 @@ impl Render {
             let message = "--trace follows triangles of scenes in three dimensions";
             return Err(SceneError::NoFile(message.to_owned()));
         }
-        let flags = [
-            ("--near", self.near.is_some()),
-            ("--far", self.far.is_some()),
-            ("--max-error", self.max_error.is_some()),
-            ("--studio", self.studio),
-            ("--shade", self.shade.is_some()),
-            ("--cull", self.meshes.cull.is_some()),
-            ("--point-size", self.meshes.point_size.is_some()),
-        ];
-        match flags.iter().find(|(_, is_given)| *is_given) {
+        let own = [("--max-error", self.max_error.is_some()), ("--studio", self.studio)];
+        let own = own.iter().find(|(_, is_given)| *is_given).map(|(flag, _)| *flag);
+        match self.picture.not_for_eye(&self.meshes).or(own) {
             None => Ok(()),
-            Some((flag, _)) => {
+            Some(flag) => {
                 let scene = self.scene().display();
                 Err(SceneError::NoFile(format!(
                     "{flag} is for scenes in three dimensions: {scene} is an N-dimensional one"
@@ -315,18 +279,13 @@ impl Render {
     }
 
     fn frame_options(&self) -> FrameOptions {
+        let options = self.picture.frame_options(&self.meshes);
         FrameOptions {
             count: self.frames.unwrap_or(1),
             rate: self.fps,
-            begin_s: self.time,
-            size: self.size.map(|size| [size.width, size.height]).or(self.studio.then_some(STUDIO_SIZE)),
-            background: self.background,
-            shade: self.shade,
-            near: self.near,
-            far: self.far,
-            cull: self.meshes.cull,
-            point_size: self.meshes.point_size,
+            size: options.size.or(self.studio.then_some(STUDIO_SIZE)),
             turns: self.turn.clone(),
+            ..options
         }
     }
 
@@ -383,8 +342,8 @@ impl Render {
             &animation.scene(frame).map_err(|e| DrawError::Scene(SceneError::NoFile(e.to_string())))?;
         let [width, height] = animation.size();
         let mut memory = VideoMemory::new(width, height).map_err(|e| refused(e.to_string()))?;
-        if self.background != VideoMemory::CLEAR {
-            memory.clear(self.background);
+        if self.picture.background != VideoMemory::CLEAR {
+            memory.clear(self.picture.background);
         }
         let mut depth = None;
         let options = SceneOptions {
@@ -423,7 +382,7 @@ impl Render {
             .map_err(|e| refused(format!("{}: {e}", self.scene().display())))?;
         let mut reason = None;
         if explains {
-            let black = BlackPicture { scene, options, memory: &memory, background: self.background };
+            let black = BlackPicture { scene, options, memory: &memory, background: self.picture.background };
             reason = EmptyDraw::of_scene(&stats, scene, options, &memory)
                 .or_else(|| black.is_unlit(renderer).then_some(EmptyDraw::NoLight))
                 // The reader of a mesh has said that there is nothing in it.

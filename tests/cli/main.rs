@@ -6,6 +6,7 @@ mod batch;
 mod blocks;
 mod claims;
 mod compare;
+mod decisions;
 mod demos;
 mod docs;
 mod draw;

@@ -1,21 +1,21 @@
-//! Whole pictures: time against error for every mode that a user can choose, scene by scene.
+//! Whole pictures: time against error for the modes that a stream of commands can choose, scene by
+//! scene; the settings of a picture are compared in [`super::decide`].
 //!
-//! A scene as it asks to be drawn is the default row. The other rows change one mode each, or draw
-//! within an error budget as a stream of commands does from the second draw on. The ways of one scene
-//! are timed in turns, so that all see the same machine. Some pixels drawn on, chosen at random, are
-//! compared with the reference.
+//! A scene as it asks to be drawn is the default row. The other rows change one mode each. The ways
+//! of one scene are timed in turns, so that all see the same machine. Some pixels drawn on, chosen at
+//! random, are compared with the reference.
 
 mod compared;
 mod others;
 mod scenes;
 mod ways;
 
-pub use scenes::UserScene;
+pub(super) use scenes::made;
+pub(super) use ways::limit;
 
 use super::clock::Work;
 use super::experiment::{Bound, Check, Effort, Experiment, Row, Truth};
 use super::picture::{BenchFrame, Buffers, draw_case};
-use super::report::{Report, Section};
 use compared::Compared;
 use fbptr_truth::scenes::Case;
 use ways::Way;
@@ -23,8 +23,8 @@ use ways::Way;
 /// Experiment on whole pictures.
 pub(super) const PICTURES: Experiment = Experiment {
     id: "pictures",
-    title: "Whole pictures",
-    about: "Scenes as they ask to be drawn, in every other mode that a user can choose, and within an error budget. \
+    title: "Appendix: whole pictures in other modes",
+    about: "Scenes as they ask to be drawn, and in other modes of a stream: many cost and change nothing here. \
             The ways of a scene are timed in turns; each clears the frame and draws it. Errors are those of randomly chosen \
             pixels that are drawn on. Suzanne, the monkey's head of Blender, is a mesh by Victor Koehler (2018, MIT licence).",
     truth: Truth {
@@ -39,9 +39,8 @@ pub(super) const PICTURES: Experiment = Experiment {
     rows,
 };
 
-/// Columns of the largest error and of the percentile.
+/// Column of the largest error.
 const LARGEST: usize = 0;
-const PERCENTILE: usize = 2;
 
 /// Number of pixels compared.
 fn compared_pixels(effort: &Effort) -> usize {
@@ -96,24 +95,6 @@ fn rows_of(effort: &Effort, case: &Case) -> Option<Vec<Row>> {
     let left_out = |way: Way| Row::not_run(case.name.clone(), way.name, PICTURES.columns.len());
     rows.extend(others.into_iter().map(left_out));
     Some(rows)
-}
-
-/// Measures scenes of a user's: the table of whole pictures alone.
-pub fn pictures_of(effort: Effort, scenes: Vec<UserScene>, progress: &mut dyn FnMut(&str)) -> Report {
-    let mut section =
-        Section { experiment: PICTURES, rows: Vec::new(), check: Check { difference: 0.0, at_most: 1.0 } };
-    for scene in scenes {
-        progress(&scene.name);
-        let case = scene.into_case(&effort);
-        let check = check_of(&effort, std::slice::from_ref(&case));
-        section.check.difference = section.check.difference.max(check.difference);
-        section.check.at_most = section.check.at_most.max(check.at_most);
-        match rows_of(&effort, &case) {
-            Some(rows) => section.rows.extend(rows),
-            None => section.rows.push(Row::not_run(case.name, "as asked".into(), PICTURES.columns.len())),
-        }
-    }
-    Report { effort, sections: vec![section], scaling: Vec::new() }
 }
 
 /// Returns the bound of a column.

@@ -1,5 +1,6 @@
 //! Report of all experiments.
 
+use super::decide::{self, Decision};
 use super::experiment::{Check, Effort, Experiment, Row, Standing};
 use super::scaling::Scaling;
 use std::cmp::Ordering;
@@ -15,10 +16,10 @@ pub fn experiments() -> Vec<Experiment> {
         super::textures::TEXTURES,
         super::hidden_surfaces::HIDDEN,
         super::stages::STAGES,
-        super::pictures::PICTURES,
         super::fibre_fan::FAN,
         super::eye::EYE,
         super::threads::THREADS,
+        super::pictures::PICTURES,
     ]
 }
 
@@ -133,6 +134,8 @@ impl Section {
 pub struct Report {
     /// Effort of the run.
     pub effort: Effort,
+    /// The settings of pictures, compared; before the sections.
+    pub decisions: Vec<Decision>,
     /// One section per experiment.
     pub sections: Vec<Section>,
     /// Growth measurements.
@@ -140,10 +143,15 @@ pub struct Report {
 }
 
 impl Report {
+    /// Iterates over the sections, those of the decisions first.
+    pub fn all_sections(&self) -> impl Iterator<Item = &Section> {
+        self.decisions.iter().map(|d| &d.section).chain(&self.sections)
+    }
+
     /// Returns a warning if the machine was not calm: if of more than a tenth of the timed rows the
     /// quartiles are further apart than a quarter of the median.
     pub fn unrest(&self) -> Option<String> {
-        let timings = || self.sections.iter().flat_map(|s| &s.rows).filter_map(|row| row.timing.as_ref());
+        let timings = || self.all_sections().flat_map(|s| &s.rows).filter_map(|row| row.timing.as_ref());
         let (all, restless) = (timings().count(), timings().filter(|t| t.spread() > 0.25).count());
         (restless * 10 > all).then(|| {
             format!(
@@ -156,7 +164,7 @@ impl Report {
     /// Returns the rows outside their bounds, as lines of text.
     pub fn broken_bounds(&self) -> Vec<String> {
         let mut broken = Vec::new();
-        for s in &self.sections {
+        for s in self.all_sections() {
             if !s.check.is_right() {
                 broken.push(format!(
                     "{}: the truth and its second way differ by {}, at most {} is expected",
@@ -183,6 +191,8 @@ impl Report {
 
 /// Runs all experiments; `progress` is called with the title of each before it begins.
 pub fn run(effort: Effort, progress: &mut dyn FnMut(&str)) -> Report {
+    progress("Settings for six scenes");
+    let decisions = decide::made(&effort);
     let sections = experiments()
         .into_iter()
         .map(|experiment| {
@@ -197,7 +207,7 @@ pub fn run(effort: Effort, progress: &mut dyn FnMut(&str)) -> Report {
             scaling.extend((study.run)(&effort));
         }
     }
-    Report { effort, sections, scaling }
+    Report { effort, decisions, sections, scaling }
 }
 
 #[cfg(test)]

@@ -33,7 +33,7 @@ impl Bench {
         let sections = sections.collect();
         let scaling = scaling_studies().into_iter().filter(|g| g.id == "facets");
         let scaling = scaling.flat_map(|study| (study.run)(&effort)).collect();
-        let report = Report { effort, sections, scaling };
+        let report = Report { effort, decisions: Vec::new(), sections, scaling };
         let machine = machine(if self.quick { "fbptr eye --bench --quick" } else { "fbptr eye --bench" });
         let goals = eye_goals(&report);
         let text = write::markdown(&report, &machine) + &write::goals_markdown(&goals);

@@ -385,8 +385,8 @@ pub const CIRCLES: &[(&[&str], &str)] = &[
         "two halves of one experiment: the corners of the one are drawn by the other",
     ),
     (
-        &["lab::pictures", "lab::report", "lab::stages"],
-        "the report runs the experiments, and that of pictures is a section of it",
+        &["lab::decide", "lab::report", "lab::stages"],
+        "the report runs the decisions and experiments, and each is a section of it",
     ),
     (
         &["server::transport::inline_reader", "server::transport::poll"],

@@ -5,35 +5,12 @@ use super::super::textures::bricks;
 use super::super::threads::knot;
 use fbptr_core::memory::DepthFormat;
 use fbptr_core::scene::{
-    Camera, Corner, Filter, Light, LookAt, Mesh, NONE, Object, Projection, Sampling, Scene, ShadeMode,
-    TransparencyOrder, Wrap, shapes,
+    Camera, Corner, Filter, Light, LookAt, Mesh, NONE, Object, Projection, Sampling, Scene, Wrap, shapes,
 };
 use fbptr_formats::load::obj;
 use fbptr_truth::scenes::{Case, box_mesh, object};
 use fbptr_truth::{Settings, Transparency};
 use glam::{DMat4, DVec3};
-
-/// Scene of a user's, to be measured as it asks to be drawn.
-pub struct UserScene {
-    /// Name in the table.
-    pub name: String,
-    /// The scene, with its camera.
-    pub scene: Scene,
-    /// Shading of objects without a shading mode of their own.
-    pub shade: ShadeMode,
-    /// Order of its transparent faces.
-    pub order: TransparencyOrder,
-}
-
-impl UserScene {
-    /// Returns the scene as a case.
-    pub(super) fn into_case(self, effort: &Effort) -> Case {
-        let mut case = case(effort, self.name, self.scene);
-        case.settings.shade = self.shade;
-        case.settings.transparency = Transparency::AfterOpaque(self.order);
-        case
-    }
-}
 
 /// Returns the number of faces of a case.
 pub(super) fn faces(case: &Case) -> usize {
@@ -48,7 +25,7 @@ fn case(effort: &Effort, name: String, scene: Scene) -> Case {
 }
 
 /// Returns the scenes that the program makes.
-pub(super) fn made(effort: &Effort) -> Vec<Case> {
+pub(in super::super) fn made(effort: &Effort) -> Vec<Case> {
     let [nu, nv] = effort.pick([250, 60], [4_000, 500]);
     let large = knot(nu, nv);
     let count = large.objects[0].geometry.mesh.triangles.len();

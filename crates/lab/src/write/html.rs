@@ -1,7 +1,8 @@
 //! Report as one HTML page: no script, no external resources, plots as inline SVG.
 
 use super::plot::{escape, scaling, speed_against_error};
-use super::{bounds, derivations, error, gained, mebibytes, name, number, saved, spent, time, truth};
+use super::png::png_base64;
+use super::{bounds, derivations, error, mebibytes, name, number, prose, saved, spent, time, truth};
 use crate::{Report, Section};
 use std::fmt::Write;
 
@@ -19,7 +20,10 @@ tr.broken td { color: #c00; }
 .plots { display: flex; flex-wrap: wrap; gap: 1rem; margin: 1rem 0; } figure { margin: 0; flex: 1 1 24rem; max-width: 32rem; }
 figcaption { font-weight: 600; font-size: 13px; }
 figure ol { columns: 2; margin: .2rem 0 0; padding-left: 1.6rem; font-size: 12px; } .usual { color: var(--mark); font-weight: 600; }
-.number { fill: var(--paper); font-weight: 600; } .pictures { display: flex; flex-wrap: wrap; gap: 1rem; } .pictures figure { flex: 0 0 auto; max-width: none; }
+.label { font-weight: 600; } .paper { fill: var(--paper); fill-opacity: .8; } .pictures { display: flex; flex-wrap: wrap; gap: 1rem; } .pictures figure { flex: 0 0 auto; max-width: none; }
+.wide { overflow-x: auto; } .decision td, td small { white-space: nowrap; } td small { opacity: .75; } tr.same td { opacity: .75; } tr.same td + td { text-align: left; }
+.pairs { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(28rem, 100%), 1fr)); gap: 1rem; } .pairs figure { max-width: 100%; } .pairs img { image-rendering: pixelated; width: calc(50% - 2px); margin-right: 2px; background: #000; }
+code { overflow-wrap: anywhere; }
 .pictures img { image-rendering: pixelated; width: 9rem; margin-right: 2px; background: #000; }
 svg { width: 100%; height: auto; } svg text { font: 11px system-ui, sans-serif; fill: var(--ink); }
 .apart { fill: var(--paper); stroke: var(--ink); stroke-width: 1; }
@@ -27,6 +31,7 @@ svg { width: 100%; height: auto; } svg text { font: 11px system-ui, sans-serif; 
 .front { fill: none; stroke: var(--front); stroke-width: 1.5; stroke-dasharray: 4 3; }
 .aside { stroke: var(--ink); stroke-width: 1; fill: var(--ink); }
 .verdict { border-left: 3px solid var(--front); padding-left: .8rem; }
+@media (max-width: 40rem) { th, td { padding: .2rem .25rem; font-size: 12px; } .decision td:first-child, td small { white-space: normal; } td small { display: block; line-height: 1.2; } td br { display: none; } }
 @media print { body { max-width: none; margin: 0; } h2 { break-after: avoid; } figure, tr { break-inside: avoid; } }
 ";
 
@@ -39,7 +44,7 @@ pub fn html(report: &Report, machine: &str) -> String {
     );
     let _ = writeln!(out, "<p>{}</p>", prose(machine));
     out.push_str(
-        "<p>Each numbered point is one way of doing a stage. To the left: nearer to the truth; down: faster. The blue one is what \
+        "<p>Each numbered point is one setting, or one way of doing a stage. To the left: nearer to the truth; down: faster. The blue one is what \
          the program does unless told otherwise; the dashed line is the Pareto front, modes that are plainly faster than every \
          mode of less error. Errors are the same to the digit on every machine; times are of this one: medians, with the \
          first and third quartile in brackets. The alternatives of a subject are timed in turns and compared round by round; \
@@ -48,13 +53,11 @@ pub fn html(report: &Report, machine: &str) -> String {
     if let Some(unrest) = report.unrest() {
         let _ = writeln!(out, "<p>{}</p>", escape(&unrest));
     }
+    for decision in &report.decisions {
+        super::decision::html(&mut out, decision);
+    }
     for section in &report.sections {
         section_html(&mut out, section);
-        let gained: String =
-            gained(section).iter().map(|line| format!("<li>{}</li>", escape(line))).collect();
-        if !gained.is_empty() {
-            let _ = writeln!(out, "<p>Times as fast as the picture as asked:</p>\n<ul>{gained}</ul>");
-        }
         if section.experiment.id == "stages" {
             let saved: String =
                 saved(report).iter().map(|line| format!("<li>{}</li>", escape(line))).collect();
@@ -110,7 +113,7 @@ fn section_html(out: &mut String, section: &Section) {
             let _ = writeln!(out, "<figure><figcaption>{}</figcaption>\n{plot}</figure>", escape(subject));
         }
     }
-    out.push_str("</div>\n<table>\n<thead><tr><th>alternative</th>");
+    out.push_str("</div>\n<div class=\"wide\"><table>\n<thead><tr><th>alternative</th>");
     for c in e.columns {
         let _ = write!(out, "<th>{}</th>", escape(c));
     }
@@ -136,7 +139,7 @@ fn section_html(out: &mut String, section: &Section) {
             let _ = writeln!(out, "<td>{}</td><td>{}</td></tr>", bounds.join("<br>"), spent(row));
         }
     }
-    out.push_str("</tbody>\n</table>\n");
+    out.push_str("</tbody>\n</table></div>\n");
     let derivations: String =
         derivations(section).iter().map(|line| format!("<li>{}</li>", escape(line))).collect();
     if !derivations.is_empty() {
@@ -147,12 +150,6 @@ fn section_html(out: &mut String, section: &Section) {
     }
     pictures(out, section);
     out.push_str("</section>\n");
-}
-
-/// Escapes prose for HTML, with the code between backticks as such.
-fn prose(text: &str) -> String {
-    let parts = text.split('`').map(escape).enumerate();
-    parts.map(|(i, part)| if i % 2 == 1 { format!("<code>{part}</code>") } else { part }).collect()
 }
 
 /// Writes the drawn picture, the reference, and their difference times 16, for every row with
@@ -177,53 +174,4 @@ fn pictures(out: &mut String, section: &Section) {
         out.push_str("</figure>\n");
     }
     out.push_str("</div>\n");
-}
-
-/// Encodes RGBA bytes as a PNG in base 64.
-pub(crate) fn png_base64(width: u32, rgba: &[u8]) -> String {
-    let height = rgba.len() as u32 / 4 / width.max(1);
-    let mut png = std::io::Cursor::new(Vec::new());
-    image::write_buffer_with_format(
-        &mut png,
-        rgba,
-        width,
-        height,
-        image::ExtendedColorType::Rgba8,
-        image::ImageFormat::Png,
-    )
-    .expect("whole rows of RGBA can be written to memory as PNG");
-    base64(png.get_ref())
-}
-
-/// Encodes bytes in padded base 64 (RFC 4648).
-fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for three in bytes.chunks(3) {
-        let word = three.iter().enumerate().fold(0u32, |w, (i, b)| w | (*b as u32) << (16 - 8 * i));
-        for digit in 0..4 {
-            let is_there = digit <= three.len();
-            let at = (word >> (18 - 6 * digit)) as usize & 63;
-            out.push(if is_there { DIGITS[at] as char } else { '=' });
-        }
-    }
-    out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{base64, prose};
-
-    #[test]
-    fn backticks_are_code() {
-        assert_eq!(prose("as `a < b` & so"), "as <code>a &lt; b</code> &amp; so");
-    }
-
-    #[test]
-    fn base64_of_the_standards_examples() {
-        let cases = [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")];
-        for (plain, coded) in cases {
-            assert_eq!(base64(plain.as_bytes()), coded);
-        }
-    }
 }

@@ -1,20 +1,8 @@
 //! Report as JSON.
 
-use crate::{Report, Row, Standing, savings, speed_of};
+use super::{errors, value};
+use crate::{Report, Standing, savings, speed_of};
 use serde_json::{Value, json};
-
-/// Converts a number; infinite ones, which JSON lacks, become text.
-fn value(x: f64) -> Value {
-    if x.is_finite() { json!(x) } else { json!(x.to_string()) }
-}
-
-fn errors(columns: &[&str], row: &Row) -> Value {
-    if !row.is_run {
-        return Value::Null;
-    }
-    let pairs = columns.iter().zip(&row.errors).map(|(c, e)| ((*c).to_owned(), value(*e)));
-    Value::Object(pairs.collect())
-}
 
 /// Returns the whole report. The keys of all that comes from a clock, or differs from run to run for
 /// other reasons, contain `time`; everything else is the same in any two runs.
@@ -90,14 +78,15 @@ pub fn json(report: &Report, machine: &str) -> Value {
             })
         })
         .collect();
-    json!({ "time_and_machine": machine, "time_unrest": report.unrest(), "quick": report.effort.is_quick, "sections": sections, "growth": scaling, "saved": saved })
+    let decisions: Vec<Value> = report.decisions.iter().map(super::decision::value).collect();
+    json!({ "time_and_machine": machine, "time_unrest": report.unrest(), "quick": report.effort.is_quick, "decisions": decisions, "sections": sections, "growth": scaling, "saved": saved })
 }
 
 /// Returns the errors alone, which are identical to the digit on every machine, by section,
 /// subject, alternative and column.
 pub fn errors_json(report: &Report) -> Value {
     let mut all = serde_json::Map::new();
-    for s in &report.sections {
+    for s in report.all_sections() {
         for r in s.rows.iter().filter(|r| r.is_run) {
             let key = format!("{} / {} / {}", s.experiment.id, r.subject, r.alternative);
             all.insert(key, errors(s.experiment.columns, r));

@@ -1,6 +1,6 @@
 //! Report as Markdown tables.
 
-use super::{bounds, derivations, error, gained, mebibytes, name, number, saved, spent, time, truth};
+use super::{bounds, derivations, error, mebibytes, name, number, saved, spent, time, truth};
 use crate::{Goal, HardRow, Report, Section};
 use std::fmt::Write;
 
@@ -19,12 +19,11 @@ pub fn markdown(report: &Report, machine: &str) -> String {
     if let Some(unrest) = report.unrest() {
         let _ = writeln!(out, "\n{unrest}");
     }
+    for decision in &report.decisions {
+        super::decision::markdown(&mut out, decision);
+    }
     for section in &report.sections {
         table(&mut out, section);
-        let gained = gained(section);
-        if !gained.is_empty() {
-            let _ = writeln!(out, "\nTimes as fast as the picture as asked:\n\n- {}", gained.join("\n- "));
-        }
         let saved = saved(report);
         if section.experiment.id == "stages" && !saved.is_empty() {
             let _ = writeln!(out, "\nSaved by what is left out:\n\n- {}", saved.join("\n- "));

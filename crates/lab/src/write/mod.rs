@@ -1,20 +1,24 @@
 //! The report as Markdown, as JSON, and as one HTML page with plots.
 
+mod decision;
 mod html;
 mod json;
 mod markdown;
 mod plot;
+mod png;
 
+pub use decision::decision_pictures;
 pub use html::html;
-pub(crate) use html::png_base64;
 pub use json::{errors_json, json};
 pub use markdown::{goals_markdown, hard_markdown, markdown};
 pub use plot::{contact_sheet, escape};
+pub(crate) use png::png_base64;
 
-use super::{Bound, Experiment, Report, Row, Section, Standing, savings, speed_of};
+use super::{Bound, Experiment, Report, Row, Section, Standing, savings};
+use serde_json::Value;
 
 /// Formats an error for a table, with its significant digits, identical on every machine.
-pub(super) fn number(x: f64) -> String {
+pub(crate) fn number(x: f64) -> String {
     if x == 0.0 {
         return "0".into();
     }
@@ -64,24 +68,6 @@ pub(super) fn saved(report: &Report) -> Vec<String> {
     savings(report).iter().map(line).collect()
 }
 
-/// Returns what each budget gains over the picture as asked, scene by scene, as lines of text.
-pub(super) fn gained(section: &Section) -> Vec<String> {
-    let line = |(subject, rows): (&str, &[Row])| {
-        let of = |row: &Row| {
-            let [low, median, high] = speed_of(row, rows)?;
-            Some(format!("{}: {median:.2} ({low:.2} to {high:.2})", row.alternative))
-        };
-        let parts: Vec<String> =
-            rows.iter().filter(|r| r.alternative.starts_with("max-error")).filter_map(of).collect();
-        (!parts.is_empty()).then(|| format!("{subject}: {}", parts.join("; ")))
-    };
-    if section.experiment.id != "pictures" {
-        Vec::new()
-    } else {
-        section.subjects().filter_map(line).collect()
-    }
-}
-
 /// Returns the derivations of a section's bounds, each once.
 pub(super) fn derivations(section: &Section) -> Vec<String> {
     let mut all = Vec::new();
@@ -117,7 +103,7 @@ pub(super) fn spent(row: &Row) -> String {
             format!("{} ({} to {})", time(median), time(low), time(high))
         }
         (Some([_, median, _]), _) => time(median),
-        _ if !row.is_run => "not run: this machine lacks it".into(),
+        _ if !row.is_run => "not run here".into(),
         _ if !row.is_within_bounds() => "outside its bound".into(),
         (None, Some(_)) => "not measurable here".into(),
         (None, None) => "-".into(),
@@ -136,4 +122,34 @@ pub(super) fn time(ns: f64) -> String {
 /// Formats bytes in MiB, or `-` if they are not available.
 pub(super) fn mebibytes(bytes: Option<u64>) -> String {
     bytes.map_or("-".into(), |b| format!("{:.1} MiB", b as f64 / 1048576.0))
+}
+
+/// Escapes prose for HTML, with the code between backticks as such.
+fn prose(text: &str) -> String {
+    let parts = text.split('`').map(escape).enumerate();
+    parts.map(|(i, part)| if i % 2 == 1 { format!("<code>{part}</code>") } else { part }).collect()
+}
+
+/// Converts a number; infinite ones, which JSON lacks, become text.
+fn value(x: f64) -> Value {
+    if x.is_finite() { Value::from(x) } else { Value::from(x.to_string()) }
+}
+
+/// Returns the errors of a row by their columns; null if it was not run.
+fn errors(columns: &[&str], row: &Row) -> Value {
+    if !row.is_run {
+        return Value::Null;
+    }
+    let pairs = columns.iter().zip(&row.errors).map(|(c, e)| ((*c).to_owned(), value(*e)));
+    Value::Object(pairs.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::prose;
+
+    #[test]
+    fn backticks_are_code() {
+        assert_eq!(prose("as `a < b` & so"), "as <code>a &lt; b</code> &amp; so");
+    }
 }

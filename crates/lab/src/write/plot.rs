@@ -11,7 +11,8 @@ const RIGHT: f64 = 14.0;
 const TOP: f64 = 14.0;
 const BOTTOM: f64 = 44.0;
 
-/// Logarithmic axis over whole decades; values of 0 are at its start.
+/// Logarithmic axis over whole decades, or from 1, 2 or 5 to 1, 2 or 5 times a power of ten if its
+/// values lie near each other; values of 0 are at its start.
 struct Axis {
     first: f64,
     last: f64,
@@ -29,6 +30,10 @@ impl Axis {
         let room = if values.clone().any(|v| v <= 0.0) { 1.0 } else { 0.0 };
         let first = libm::floor(libm::log10(low) - 0.05) - room;
         let last = libm::ceil(libm::log10(high) + 0.05).max(first + 1.0);
+        if room == 0.0 && high <= NEAR * low {
+            let [first, last] = [round_below(low / 1.1), 1.0 / round_below(1.0 / (1.1 * high))];
+            return Axis { first: libm::log10(first), last: libm::log10(last), from_px, to_px };
+        }
         Axis { first, last, from_px, to_px }
     }
 
@@ -37,10 +42,27 @@ impl Axis {
         self.from_px + (self.to_px - self.from_px) * (log - self.first) / (self.last - self.first)
     }
 
-    fn decades(&self) -> impl Iterator<Item = f64> {
+    /// Returns the values that have a line: decades, and between them 2 and 5 times where the axis is
+    /// short.
+    fn marks(&self) -> Vec<f64> {
         let step = ((self.last - self.first) / 6.0).ceil().max(1.0) as usize;
-        (self.first as i32..=self.last as i32).step_by(step).map(|k| libm::pow(10.0, k as f64))
+        let [first, last] = [libm::floor(self.first) as i32, libm::ceil(self.last) as i32];
+        let of_decade: &[f64] = if self.last - self.first <= 1.5 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+        let decades = (first..=last).step_by(step).map(|k| libm::pow(10.0, f64::from(k)));
+        let all = decades.flat_map(|decade| of_decade.iter().map(move |part| part * decade));
+        let is_inside = |v: &f64| (self.first - 1e-9..=self.last + 1e-9).contains(&libm::log10(*v));
+        all.filter(is_inside).collect()
     }
+}
+
+/// Ratio of values up to which an axis need not have whole decades.
+const NEAR: f64 = 30.0;
+
+/// Returns the largest of 1, 2 and 5 times a power of ten that is not above a value.
+fn round_below(value: f64) -> f64 {
+    let decade = libm::pow(10.0, libm::floor(libm::log10(value) + 1e-9));
+    let part = [5.0, 2.0].into_iter().find(|part| part * decade <= value * (1.0 + 1e-9));
+    part.unwrap_or(1.0) * decade
 }
 
 /// Plot with the names of its numbered points.
@@ -92,40 +114,35 @@ pub(super) fn speed_against_error(section: &Section, subject: &str, rows: &[Row]
     front.sort_by(|a, b| a.0.total_cmp(&b.0));
     let path: Vec<String> = front.iter().map(|(a, b)| format!("{a:.1},{b:.1}")).collect();
     let _ = writeln!(out, "<polyline class=\"front\" points=\"{}\"/>", path.join(" "));
-    // Points that coincide are moved sideways, so that every number is legible.
-    let mut placed: Vec<(f64, f64)> = Vec::new();
+    let places: Vec<(f64, f64)> = points.iter().map(|p| (x.place(p.1), y.place(p.2))).collect();
+    let mut labels: Vec<(f64, f64)> = Vec::new();
     let mut names = Vec::new();
     // Drawn after, and so above, the lines that lead to them.
     let mut marks = String::new();
     for (k, (row, error, ns)) in points.iter().enumerate() {
-        let (mut px, py) = (x.place(*error), y.place(*ns));
-        // Always in the same direction, so that the loop ends: towards the middle.
-        let aside = if px > WIDTH / 2.0 { -17.0 } else { 17.0 };
-        while placed.iter().any(|p| (p.0 - px).abs() < 16.0 && (p.1 - py).abs() < 16.0) {
-            px += aside;
-        }
-        placed.push((px, py));
-        let true_px = x.place(*error);
-        if px != true_px {
-            let _ = writeln!(
-                out,
-                "<line class=\"aside\" x1=\"{true_px:.1}\" y1=\"{py:.1}\" x2=\"{px:.1}\" y2=\"{py:.1}\"/>\
-                 <circle class=\"aside\" cx=\"{true_px:.1}\" cy=\"{py:.1}\" r=\"2.5\"/>"
-            );
-        }
-        let (class, number_class) = match row.standing {
-            Standing::Default => ("default", "number"),
-            Standing::Mode => ("dot", "number"),
-            Standing::Comparison => ("apart", "beside"),
+        let (px, py) = places[k];
+        let (lx, ly) = free_place(places[k], &places, &labels);
+        labels.push((lx, ly));
+        let class = match row.standing {
+            Standing::Default => "default",
+            Standing::Mode => "dot",
+            Standing::Comparison => "apart",
         };
         let tip =
             format!("{}: {} = {}, {}", row.alternative, e.columns[e.plotted], number(*error), time(*ns));
+        if libm::hypot(lx - px, ly - py) > 1.5 * LABEL_AWAY {
+            let _ = writeln!(
+                out,
+                "<line class=\"aside\" x1=\"{px:.1}\" y1=\"{py:.1}\" x2=\"{lx:.1}\" y2=\"{ly:.1}\"/>"
+            );
+        }
         let _ = writeln!(
             marks,
-            "<circle class=\"{class}\" cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"8\"><title>{}</title></circle>\
-             <text class=\"{number_class}\" x=\"{px:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+            "<circle class=\"{class}\" cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"4.5\"><title>{}</title></circle>\
+             <circle class=\"paper\" cx=\"{lx:.1}\" cy=\"{ly:.1}\" r=\"7\"/>\
+             <text class=\"label\" x=\"{lx:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
             escape(&tip),
-            py + 4.0,
+            ly + 4.0,
             k + 1
         );
         names.push((super::name(row), row.is_default()));
@@ -135,9 +152,30 @@ pub(super) fn speed_against_error(section: &Section, subject: &str, rows: &[Row]
     Some(Plot { svg: out, names })
 }
 
+/// Distance in pixels of a number from its point.
+const LABEL_AWAY: f64 = 13.0;
+
+/// Returns the place of a point's number: near it, within the plot, on no point and no other number.
+fn free_place((px, py): (f64, f64), points: &[(f64, f64)], labels: &[(f64, f64)]) -> (f64, f64) {
+    // Right above first, then around, then farther away.
+    let around = (0..60).map(|i| {
+        let (turn, ring) = (f64::from(i % 12) * 5.0 / 12.0, f64::from(i / 12) + 1.0);
+        let angle = std::f64::consts::TAU * (turn - 0.125);
+        (px + ring * LABEL_AWAY * libm::cos(angle), py + ring * LABEL_AWAY * libm::sin(angle))
+    });
+    let is_free = |&(x, y): &(f64, f64)| {
+        let is_inside =
+            (LEFT + 7.0..WIDTH - 7.0).contains(&x) && (TOP - 6.0..HEIGHT - BOTTOM - 7.0).contains(&y);
+        let is_clear =
+            |others: &[(f64, f64)], least: f64| others.iter().all(|o| libm::hypot(o.0 - x, o.1 - y) >= least);
+        is_inside && is_clear(points, 11.0) && is_clear(labels, 14.0)
+    };
+    around.clone().find(is_free).unwrap_or((px, py))
+}
+
 /// Draws grid, labels and titles. `start` labels the start of the x axis, where values of 0 are.
 fn draw_axes(out: &mut String, x: &Axis, start: &str, x_title: &str, y: &Axis, y_title: &str) {
-    for (k, v) in x.decades().enumerate() {
+    for (k, v) in x.marks().into_iter().enumerate() {
         let at = x.place(v);
         let label = if k == 0 && !start.is_empty() { start.into() } else { number_of_decade(v) };
         let _ = writeln!(
@@ -151,7 +189,7 @@ fn draw_axes(out: &mut String, x: &Axis, start: &str, x_title: &str, y: &Axis, y
             HEIGHT - BOTTOM + 14.0
         );
     }
-    for v in y.decades() {
+    for v in y.marks() {
         let at = y.place(v);
         let _ = writeln!(
             out,
@@ -238,10 +276,10 @@ fn number_of_decade(v: f64) -> String {
 const CONTACT_SHEET_STYLE: &str = "
 text { font: 11px system-ui, sans-serif; fill: #1c2430; } .title { font-size: 14px; font-weight: 600; } .subject { fill: #4a5564; }
 .grid { stroke: #d7dce3; stroke-width: 1; } .dot { fill: #1c2430; } .default { fill: #0b62c4; stroke: #fff; stroke-width: 1.5; }
-.number { fill: #fff; font-weight: 600; } .usual { fill: #0b62c4; font-weight: 600; }
+.label { font-weight: 600; } .paper { fill: #fff; fill-opacity: .8; } .usual { fill: #0b62c4; font-weight: 600; }
 .front { fill: none; stroke: #c4570b; stroke-width: 1.5; stroke-dasharray: 4 3; }
 .aside { stroke: #1c2430; stroke-width: 1; fill: #1c2430; }
-.apart { fill: #fff; stroke: #1c2430; stroke-width: 1; } .beside { fill: #1c2430; }
+.apart { fill: #fff; stroke: #1c2430; stroke-width: 1; }
 ";
 
 /// Returns several plots as one SVG in two columns: each experiment's first subject, then the
@@ -251,12 +289,13 @@ pub fn contact_sheet(report: &Report, machine: &str) -> String {
     const HEAD: f64 = 40.0;
     const LINE: f64 = 13.0;
     let mut cells: Vec<(&str, String, Plot)> = Vec::new();
-    for section in &report.sections {
+    for section in report.all_sections() {
         let plots = section.subjects().filter_map(|(subject, rows)| {
             Some((subject.to_owned(), speed_against_error(section, subject, rows)?))
         });
         // One plot per experiment, but all of them if there are at most two experiments.
-        let count = if report.sections.len() > 2 { 1 } else { usize::MAX };
+        let is_decision = section.experiment.id == "decision";
+        let count = if report.sections.len() > 2 && !is_decision { 1 } else { usize::MAX };
         cells.extend(plots.take(count).map(|(subject, plot)| (section.experiment.title, subject, plot)));
     }
     for g in report.scaling.iter().filter(|g| g.exponent().is_some()) {

@@ -1,17 +1,20 @@
-//! `fbptr report`: speed against error, or the hard cases, as tables and as a page.
+//! `fbptr report`: speed against error, of a user's pictures or of every stage, or the hard cases, as
+//! tables and as a page.
+
+mod decisions;
 
 use super::mesh_args::MeshArgs;
+use super::picture_args::PictureArgs;
 use super::render_args::RenderArgs;
-use super::scene_file::{self, ReadOptions, SceneError, SceneFile};
+use super::scene_file::SceneError;
 use super::{Status, output, say_as_program};
-use crate::animation::{Animation, FrameOptions};
-use crate::measure::{Effort, Section, UserScene, hard, peers_of, pictures_of, run, write};
-use crate::memory::MemoryBudget;
+use crate::measure::{Effort, Report, Section, hard, peers_of, run, write};
 use clap::Args;
+use decisions::Asked;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Measures every stage's alternatives for speed and error, and writes report.md, .json, .html and .svg
+/// Compare speed and error: of the settings for your own picture, or of every stage; as report.md, .json, .html and .svg
 #[derive(Debug, Args)]
 pub(super) struct ReportArgs {
     /// The folder to write into; without one the tables go to standard output
@@ -23,12 +26,22 @@ pub(super) struct ReportArgs {
     /// The hard cases instead: promise, measure, verdict, one row each
     #[arg(long)]
     hard: bool,
-    /// Only the table of whole pictures, for this scene or mesh file in three dimensions; again for further files
+    /// Only this picture: each setting's time and error, and which to use. A scene or mesh, a built-in model, an
+    /// N-dimensional scene, or a stream, of which it is the last frame; again for further files
     #[arg(long, value_name = "FILE", conflicts_with = "hard")]
     scene: Vec<PathBuf>,
+    /// With --scene: an error budget to compare; again for more. The largest is what may be recommended [default: 1, 4 and 16;
+    /// 4 may be recommended]
+    #[arg(long, value_name = "E", requires = "scene", value_parser = super::render::not_negative, allow_negative_numbers = true)]
+    max_error: Vec<f64>,
+    /// With --scene: let a stream's LOAD read files from this folder
+    #[arg(long, value_name = "DIR", requires = "scene")]
+    load_dir: Option<PathBuf>,
     /// Also other programs on the workloads W1 to W5, from the peers.json that benches/peers/run.sh writes
     #[arg(long, value_name = "FILE", conflicts_with = "hard")]
     peers: Option<PathBuf>,
+    #[command(flatten)]
+    picture: PictureArgs,
     #[command(flatten)]
     meshes: MeshArgs,
     #[command(flatten)]
@@ -43,6 +56,9 @@ impl ReportArgs {
         {
             return Status::Failed;
         }
+        if let Err(message) = self.picture.check() {
+            return SceneError::NoFile(message).say();
+        }
         if !self.quick && !self.hard && self.scene.is_empty() {
             say_as_program("every stage is measured, for several minutes; --quick takes less than one");
         }
@@ -51,7 +67,7 @@ impl ReportArgs {
             let rows = hard(&mut progress);
             let failed = rows.iter().filter(|r| !r.passed);
             let broken: Vec<String> = failed.map(|r| format!("{}: {}", r.case, r.measured)).collect();
-            (vec![("hard.md", write::hard_markdown(&rows))], broken)
+            (vec![("hard.md".to_owned(), write::hard_markdown(&rows).into_bytes())], broken)
         } else {
             let (simd, threads) = self.drawing.level_and_threads();
             let effort = if self.quick { Effort::QUICK } else { Effort::FULL };
@@ -61,20 +77,22 @@ impl ReportArgs {
                 Ok(peers) => peers,
                 Err(error) => return error.say(),
             };
-            let mut report = match self.scenes() {
-                Ok(scenes) if scenes.is_empty() => run(effort, &mut progress),
-                Ok(scenes) => pictures_of(effort, scenes, &mut progress),
+            let mut report = match self.report(effort, &mut progress) {
+                Ok(report) => report,
                 Err(error) => return error.say(),
             };
             report.sections.extend(peers);
             let machine = machine(&self.command());
             let json = format!("{:#}\n", write::json(&report, &machine));
-            let files = vec![
+            let texts = [
                 ("report.md", write::markdown(&report, &machine)),
                 ("report.json", json),
                 ("report.html", write::html(&report, &machine)),
                 ("report.svg", write::contact_sheet(&report, &machine)),
             ];
+            let mut files: Vec<(String, Vec<u8>)> =
+                texts.into_iter().map(|(name, text)| (name.to_owned(), text.into_bytes())).collect();
+            files.extend(write::decision_pictures(&report));
             (files, report.broken_bounds())
         };
         let written = match &self.out {
@@ -118,27 +136,24 @@ impl ReportArgs {
         self.peers.as_ref().map(read).transpose()
     }
 
-    /// Reads the scenes of the command line, each as `fbptr render` draws its first picture.
-    fn scenes(&self) -> Result<Vec<UserScene>, SceneError> {
-        let budget = MemoryBudget::unlimited();
-        let read = |path: &PathBuf| {
-            let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-            let file =
-                scene_file::read(path, ReadOptions { root: None, meshes: &self.meshes }, &budget)?.file;
-            if matches!(file, SceneFile::Eye(_)) {
-                let message = format!("{name}: an N-dimensional scene; `fbptr eye --bench` measures those");
-                return Err(SceneError::NoFile(message));
-            }
-            let no_file = |e: String| SceneError::NoFile(format!("{name}: {e}"));
-            let options = FrameOptions { cull: self.meshes.cull, ..FrameOptions::default() };
-            let animation =
-                Animation::new(file, name.clone(), options).map_err(|e| no_file(e.to_string()))?;
-            let mut scene = animation.scene(0).map_err(|e| no_file(e.to_string()))?;
-            let options = animation.scene_options();
-            scene.camera.get_or_insert(options.camera);
-            Ok(UserScene { name, scene, shade: options.shade, order: options.transparency })
+    /// Measures the pictures of the command line, or else everything.
+    fn report(&self, effort: Effort, progress: &mut dyn FnMut(&str)) -> Result<Report, SceneError> {
+        if self.scene.is_empty() {
+            return Ok(run(effort, progress));
+        }
+        let asked = Asked {
+            picture: &self.picture,
+            meshes: &self.meshes,
+            drawing: &self.drawing,
+            budgets: &self.max_error,
+            load_dir: self.load_dir.as_deref(),
         };
-        self.scene.iter().map(read).collect()
+        let decide = |path: &PathBuf| {
+            progress(&path.display().to_string());
+            asked.decide(&effort, path)
+        };
+        let decisions = self.scene.iter().map(decide).collect::<Result<_, _>>()?;
+        Ok(Report { effort, decisions, sections: Vec::new(), scaling: Vec::new() })
     }
 }
 
@@ -150,10 +165,10 @@ fn make(folder: &Path) -> bool {
 }
 
 /// Writes all files into the folder; returns whether all were written.
-fn save_all(folder: &Path, files: &[(&str, String)]) -> bool {
+fn save_all(folder: &Path, files: &[(String, Vec<u8>)]) -> bool {
     for (name, text) in files {
         let path = folder.join(name);
-        if let Err(error) = crate::save::replace(&path, |out| out.write_all(text.as_bytes())) {
+        if let Err(error) = crate::save::replace(&path, |out| out.write_all(text)) {
             say_as_program(format_args!("cannot write {}: {error}", path.display()));
             return false;
         }
