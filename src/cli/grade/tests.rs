@@ -84,7 +84,8 @@ fn pictures_are_written_in_base64_and_options_may_be_others() {
     let sheet = Sheet::parse("or: --a b\nitem: one\nexact: x\nor:\nsamples: 2\nitem: two\nexact: y\n");
     let error = sheet.unwrap_err();
     assert!(error.message.contains("same line"), "{error:?}");
-    let sheet = Sheet::parse("or: --a b\nitem: one\nexact: x\nor: c\nsamples: 2\nitem: two\nexact: y\n").unwrap();
+    let sheet =
+        Sheet::parse("or: --a b\nitem: one\nexact: x\nor: c\nsamples: 2\nitem: two\nexact: y\n").unwrap();
     assert_eq!((sheet.items[0].or.len(), sheet.items[0].samples), (2, 2));
     assert_eq!((sheet.items[1].or.len(), sheet.items[1].samples), (1, 1));
 }

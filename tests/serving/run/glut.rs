@@ -292,7 +292,13 @@ fn grade_calls_functions_whatever_records_their_points_and_colours_are_in() {
     let Some((result, said)) = called("called") else { return };
     assert!(said.contains("LINE  draw_line(Dot from, Dot to, bool fill)"), "{said}");
     assert!(said.contains("FILL  no function is found"), "{said}");
-    for line in ["2 of 2     points: right", "1 of 1     lines: right", "0 of 1     ramp: ", "% right: ", "no function for FILL"] {
+    for line in [
+        "2 of 2     points: right",
+        "1 of 1     lines: right",
+        "0 of 1     ramp: ",
+        "% right: ",
+        "no function for FILL",
+    ] {
         assert!(result.contains(line), "{line}: {result}");
     }
     assert!(said.contains("DrawTriangle(int a[], int b[], int c[], std::vector<int> color)"), "{said}");
@@ -302,7 +308,11 @@ fn grade_calls_functions_whatever_records_their_points_and_colours_are_in() {
 fn grade_calls_functions_without_colours_and_judges_what_is_lit() {
     let Some((result, said)) = called("called_c") else { return };
     assert!(said.contains("PX    putPixel(struct point *p, octet r, octet g, octet b, octet a)"), "{said}");
-    for line in ["2 of 2     points: right", "1 of 1     lines: right", "drawLine(int a, int b, int c, int d) takes no"] {
+    for line in [
+        "2 of 2     points: right",
+        "1 of 1     lines: right",
+        "drawLine(int a, int b, int c, int d) takes no",
+    ] {
         assert!(result.contains(line), "{line}: {result}");
     }
 }

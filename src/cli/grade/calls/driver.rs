@@ -22,33 +22,64 @@ pub const FIGURES: [Figure; 4] = [
         verb: "PX",
         points: 1,
         names: &[
-            "putpixel", "drawpixel", "setpixel", "plotpixel", "writepixel", "desenhapixel", "desenharpixel",
-            "pintapixel", "pintarpixel", "drawpoint",
+            "putpixel",
+            "drawpixel",
+            "setpixel",
+            "plotpixel",
+            "writepixel",
+            "desenhapixel",
+            "desenharpixel",
+            "pintapixel",
+            "pintarpixel",
+            "drawpoint",
         ],
     },
     Figure {
         verb: "LINE",
         points: 2,
         names: &[
-            "drawline", "putline", "desenhalinha", "desenharlinha", "tracalinha", "rasterizeline",
-            "rasterline", "drawlinebresenham", "bresenham", "line", "linha", "desenhareta", "desenharreta",
+            "drawline",
+            "putline",
+            "desenhalinha",
+            "desenharlinha",
+            "tracalinha",
+            "rasterizeline",
+            "rasterline",
+            "drawlinebresenham",
+            "bresenham",
+            "line",
+            "linha",
+            "desenhareta",
+            "desenharreta",
         ],
     },
     Figure {
         verb: "TRI",
         points: 3,
         names: &[
-            "drawtriangle", "drawtriangles", "puttriangle", "desenhatriangulo", "desenhartriangulo",
-            "triangle", "triangulo",
+            "drawtriangle",
+            "drawtriangles",
+            "puttriangle",
+            "desenhatriangulo",
+            "desenhartriangulo",
+            "triangle",
+            "triangulo",
         ],
     },
     Figure {
         verb: "FILL",
         points: 3,
         names: &[
-            "drawfilledtriangle", "drawtrianglefilled", "drawtrianglefill", "drawfilltriangle",
-            "filltriangle", "filledtriangle", "preenchertriangulo", "preenchetriangulo",
-            "desenhatriangulopreenchido", "rasterizetriangle",
+            "drawfilledtriangle",
+            "drawtrianglefilled",
+            "drawtrianglefill",
+            "drawfilltriangle",
+            "filltriangle",
+            "filledtriangle",
+            "preenchertriangulo",
+            "preenchetriangulo",
+            "desenhatriangulopreenchido",
+            "rasterizetriangle",
         ],
     },
 ];
@@ -93,7 +124,8 @@ pub fn calls(declared: &Declared, is_cpp: bool) -> Vec<Call> {
 /// Returns a parameter as it is declared.
 fn show(parameter: &Parameter) -> String {
     let Parameter { kind, name, is_pointer, is_array } = parameter;
-    let [pointer, array] = [(*is_pointer, "*"), (*is_array, "[]")].map(|(is, text)| if is { text } else { "" });
+    let [pointer, array] =
+        [(*is_pointer, "*"), (*is_array, "[]")].map(|(is, text)| if is { text } else { "" });
     format!("{kind} {pointer}{name}{array}").trim().to_owned()
 }
 
@@ -215,12 +247,12 @@ impl<'a> Writer<'a> {
         let name = format!("fbptr_{}", self.variables);
         self.variables += 1;
         if is_vector || self.is_scalar(&parameter.kind) {
-            let kind = parameter.kind.split_once("vector<").map_or(parameter.kind.as_str(), |(_, rest)| {
-                rest.trim_end_matches('>')
-            });
+            let kind = parameter
+                .kind
+                .split_once("vector<")
+                .map_or(parameter.kind.as_str(), |(_, rest)| rest.trim_end_matches('>'));
             let values = self.array(kind, &parameter.name)?;
-            let (kind, brackets) =
-                if is_vector { (parameter.kind.as_str(), "") } else { (kind, "[]") };
+            let (kind, brackets) = if is_vector { (parameter.kind.as_str(), "") } else { (kind, "[]") };
             let _ = writeln!(self.code, "    {kind} {name}{brackets} = {{ {} }};", values.join(", "));
             return Some(name);
         }
@@ -276,8 +308,8 @@ impl<'a> Writer<'a> {
     /// Returns the numbers of an array: those of a colour, or of a point.
     fn array(&mut self, kind: &str, name: &str) -> Option<Vec<String>> {
         let name = name.to_ascii_lowercase();
-        let is_color = ["cor", "col", "rgb", "pixel"].iter().any(|word| name.contains(word))
-            && !name.contains("coord");
+        let is_color =
+            ["cor", "col", "rgb", "pixel"].iter().any(|word| name.contains(word)) && !name.contains("coord");
         let names: &[&str] = if is_color { &["r", "g", "b", "a"] } else { &["x", "y", "other", "other"] };
         names.iter().map(|name| self.number(kind, name)).collect()
     }
@@ -338,12 +370,14 @@ impl<'a> Writer<'a> {
     }
 
     fn is_scalar(&self, kind: &str) -> bool {
-        let kind = self.declared.aliases.iter().find(|(name, _)| name == kind).map_or(kind, |(_, other)| other);
+        let kind =
+            self.declared.aliases.iter().find(|(name, _)| name == kind).map_or(kind, |(_, other)| other);
         kind.split(' ').all(|word| is_scalar_word(word.trim_start_matches("std::")))
     }
 
     fn is_whole(&self, kind: &str) -> bool {
-        let kind = self.declared.aliases.iter().find(|(name, _)| name == kind).map_or(kind, |(_, other)| other);
+        let kind =
+            self.declared.aliases.iter().find(|(name, _)| name == kind).map_or(kind, |(_, other)| other);
         !["float", "double", "GLfloat", "GLdouble"].iter().any(|word| kind.contains(word))
     }
 }

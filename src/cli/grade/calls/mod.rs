@@ -182,7 +182,8 @@ fn copy_folder(
         *left = (left.0 - 1, left.1 - meta.len());
         fs::write(&target, fs::read(&path).map_err(|e| failed(&path, e))?).map_err(|e| failed(&target, e))?;
         let is_small = meta.len() < 1 << 20;
-        if is_small && matches!(ending.as_str(), "c" | "cpp" | "cc" | "cxx" | "h" | "hpp") && is_own(&target) {
+        if is_small && matches!(ending.as_str(), "c" | "cpp" | "cc" | "cxx" | "h" | "hpp") && is_own(&target)
+        {
             sources.push(target);
         }
     }

@@ -382,7 +382,12 @@ int dot(int, unsigned char shade) { if (dot(1, 2)) { return 1; } return line(a);
             .collect();
         assert_eq!(
             kinds,
-            ["Dot from false false", "Dot to true false", "struct Tint c false true", "std::vector<int> v false false"]
+            [
+                "Dot from false false",
+                "Dot to true false",
+                "struct Tint c false true",
+                "std::vector<int> v false false"
+            ]
         );
         let dot = &declared.functions[1];
         assert_eq!((dot.parameters[0].name.as_str(), dot.parameters[1].kind.as_str()), ("", "unsigned char"));
@@ -401,7 +406,9 @@ int dot(int, unsigned char shade) { if (dot(1, 2)) { return 1; } return line(a);
             let _ = Declared::read(&SOURCE.as_bytes()[..len]);
             let _ = Declared::read(&SOURCE.as_bytes()[len..]);
         }
-        for text in ["struct", "struct{", "f(", "int f)(", "typedef", "\"", "'\\", "#\\", "class a { a(", "}}}", "/*"] {
+        for text in
+            ["struct", "struct{", "f(", "int f)(", "typedef", "\"", "'\\", "#\\", "class a { a(", "}}}", "/*"]
+        {
             let _ = Declared::read(text.as_bytes());
         }
     }
