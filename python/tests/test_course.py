@@ -210,10 +210,13 @@ def test_functions_that_a_student_adds_to_the_gpu_are_called(student):
     scene, folder = student
     own = folder / "renderizador"
     (own / "gpu.py").write_text(textwrap.dedent(OWN_GPU))
-    text = (own / "renderizador.py").read_text().replace("Interface(args.w, args.h, args.i)", "Interface(args.w, args.h)")
-    begin, end = text.index("        gpu.GPU.bind_framebuffer(gpu.GPU.DRAW"), text.index("        return gpu.GPU.get_frame")
+    text = (own / "renderizador.py").read_text()
+    text = text.replace("Interface(args.w, args.h, args.i)", "Interface(args.w, args.h)")
+    begin = text.index("        gpu.GPU.bind_framebuffer(gpu.GPU.DRAW")
+    end = text.index("        return gpu.GPU.get_frame")
     (own / "renderizador.py").write_text(text[:begin] + "        gpu.GPU.swap_buffers()\n" + text[end:])
-    (own / "gl.py").write_text((own / "gl.py").read_text().replace("draw_pixel([x, y], gpu.GPU.RGB8, color)", "set_pixel(x, y, *color)"))
+    text = (own / "gl.py").read_text()
+    (own / "gl.py").write_text(text.replace("draw_pixel([x, y], gpu.GPU.RGB8, color)", "set_pixel(x, y, *color)"))
     before = dict(vars(GPU))
     picture = renderizador.render(str(scene), str(own), 8, 6).numpy()
     assert picture.shape == (6, 8, 4)

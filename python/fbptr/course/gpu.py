@@ -185,8 +185,7 @@ def take_functions(path):
         print("%s adds nothing to the GPU: %s" % (path, failure), file=sys.stderr)
         return lambda: None
     theirs = vars(getattr(module, "GPU", object))
-    is_new = lambda name: name == "swap_buffers" or not hasattr(GPU, name)  # noqa: E731
-    taken = {name: value for name, value in theirs.items() if is_new(name)}
+    taken = {name: value for name, value in theirs.items() if name == "swap_buffers" or not hasattr(GPU, name)}
     before = {name: vars(GPU)[name] for name in taken if name in vars(GPU)}
     for name, value in taken.items():
         setattr(GPU, name, value)
