@@ -45,7 +45,7 @@ pub struct Graded<'a> {
 /// Right answer of an item.
 pub struct Right {
     exact: Option<Exact>,
-    /// What is right as well, in words and as pictures.
+    /// Pictures that are right as well, each with the words that tell it from the exact one.
     others: Vec<(String, Exact)>,
     /// The exact picture's file.
     file: Option<PathBuf>,

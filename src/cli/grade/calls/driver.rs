@@ -91,7 +91,7 @@ pub struct Call {
     /// The function with its parameters, as a reader sees it.
     pub shown: String,
     pub takes_color: bool,
-    /// Whether a parameter says that a triangle is filled.
+    /// True if a parameter says that a triangle is filled.
     takes_switch: bool,
     /// Statements, in which `fbptr_p` are coordinates and `fbptr_c` colours.
     pub code: String,
@@ -138,7 +138,7 @@ enum Role {
     Green,
     Blue,
     Alpha,
-    /// Whether a triangle is filled.
+    /// A switch between outlined and filled triangles.
     Filled,
     Other,
 }
@@ -174,7 +174,7 @@ struct Writer<'a> {
     is_cpp: bool,
     is_filled: bool,
     points: usize,
-    /// Whether numbers without a meaning are coordinates.
+    /// True if numbers without a meaning are coordinates.
     takes_unnamed: bool,
     /// Points and colours that the function takes; 0 while they are counted.
     taken: [usize; 2],
