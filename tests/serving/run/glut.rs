@@ -280,9 +280,11 @@ fn called(name: &str) -> Option<(String, String)> {
     if !tools::are_there(&["cc", "c++"]) {
         return None;
     }
-    let sheet = folder.file("a.sheet", SHEET);
+    let sheet = folder.join("a.sheet");
+    std::fs::write(&sheet, SHEET).unwrap();
     let mut command = fbptr(&folder);
-    let output = command.args(["grade", &sheet, "--calls", "--"]).arg(source(name)).output().unwrap();
+    command.arg("grade").arg(&sheet).args(["--calls", "--"]).arg(source(name));
+    let output = command.output().unwrap();
     assert_eq!(output.status.code(), Some(1), "{output:?}");
     Some((text(&output.stdout), text(&output.stderr)))
 }
