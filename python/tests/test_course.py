@@ -91,9 +91,9 @@ def student(tmp_path):
     folder.mkdir(parents=True)
     for name, text in [("renderizador", RENDERIZADOR), ("gl", GL), ("x3d", X3D)]:
         (folder / (name + ".py")).write_text(textwrap.dedent(text))
-    # They are not imported.
+    # The one adds nothing, the other is not imported.
     for name in ("gpu", "interface"):
-        (folder / (name + ".py")).write_text("raise ImportError('the framework's own module')")
+        (folder / (name + ".py")).write_text("raise ImportError('what is not here')")
     scene = tmp_path / "scene.x3d"
     scene.write_text("200 100 0")
     return scene, folder.parent
@@ -179,6 +179,50 @@ def test_a_students_folder_runs_unchanged(student):
     assert list(picture[1, 1]) == [50, 25, 30, 255], "a quarter of four pixels"
     assert list(picture[5, 7]) == [0, 0, 40, 255]
     assert "gpu" not in sys.modules and "gl" not in sys.modules, "nothing is left"
+
+
+# An older framework's window, which has no name; functions of the student's own `gpu.py`; and the mean of four
+# pixels put in the place of the colours that are read.
+OWN_GPU = """
+    import numpy as np
+
+    class GPU:
+        frame_buffer = "another"
+
+        @staticmethod
+        def draw_pixel(coord, mode, data):
+            raise RuntimeError("the package's is called")
+
+        @staticmethod
+        def set_pixel(x, y, *color):
+            GPU.frame_buffer[GPU.draw_framebuffer].color[y][x] = color
+
+        @staticmethod
+        def swap_buffers():
+            large = GPU.frame_buffer[GPU.draw_framebuffer].color
+            height, width = large.shape[0] // 2, large.shape[1] // 2
+            mean = large.reshape(height, 2, width, 2, 3).mean(axis=(1, 3))
+            GPU.frame_buffer[GPU.read_framebuffer].color = mean.astype(np.uint8)
+"""
+
+
+def test_functions_that_a_student_adds_to_the_gpu_are_called(student):
+    scene, folder = student
+    own = folder / "renderizador"
+    (own / "gpu.py").write_text(textwrap.dedent(OWN_GPU))
+    text = (own / "renderizador.py").read_text()
+    text = text.replace("Interface(args.w, args.h, args.i)", "Interface(args.w, args.h)")
+    begin = text.index("        gpu.GPU.bind_framebuffer(gpu.GPU.DRAW")
+    end = text.index("        return gpu.GPU.get_frame")
+    (own / "renderizador.py").write_text(text[:begin] + "        gpu.GPU.swap_buffers()\n" + text[end:])
+    text = (own / "gl.py").read_text()
+    (own / "gl.py").write_text(text.replace("draw_pixel([x, y], gpu.GPU.RGB8, color)", "set_pixel(x, y, *color)"))
+    before = dict(vars(GPU))
+    picture = renderizador.render(str(scene), str(own), 8, 6).numpy()
+    assert picture.shape == (6, 8, 4)
+    assert list(picture[2, 2]) == [200, 100, 0, 255]
+    assert list(picture[1, 1]) == [50, 25, 30, 255], "a quarter of four pixels"
+    assert not hasattr(GPU, "set_pixel") and vars(GPU)["swap_buffers"] is before["swap_buffers"], "nothing is left"
 
 
 def test_the_program_writes_compares_and_fails(student, tmp_path):

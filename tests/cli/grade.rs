@@ -147,3 +147,23 @@ fn the_sheets_give_all_points_to_what_is_right() {
     let ended = run(&["grade", &sheet, "--", "/bin/sh", "-c", draw, "sh", "{memory}"], b"");
     assert_eq!(ended.status.code(), Some(0), "{}{}", out(&ended), err(&ended));
 }
+
+/// By other options, and as the mean of several samples, a picture is right as well.
+#[test]
+fn what_is_right_may_be_several_pictures() {
+    let folder = Folder::new("grade-several");
+    let scene = "<X3D><Scene><Shape><Polyline2D lineSegments='2 2  6 2'/><Appearance>\
+                 <Material emissiveColor='1 1 1'/></Appearance></Shape></Scene></X3D>";
+    let sheet = format!(
+        "size: 16x8\nby: stdout\noptions: --dialect renderizador\nor: --dialect renderizador --camera diagonal\nsamples: 2\n\
+         item: line\nexact:\n    {scene}\n"
+    );
+    let line = grade(&folder, &sheet, &[], "echo LINE 2 2 6 2 white");
+    assert!(line.1.contains("1 of 1     line: right\n"), "{line:?}");
+    let mean = grade(&folder, &sheet, &[], "echo LINE 2 2 5 2 808080; echo PX 6 2 404040");
+    assert!(mean.1.contains("line: with 2x2 samples a pixel: right\n"), "{mean:?}");
+    let none = grade(&folder, &sheet, &[], "echo LINE 2 2 6 2 808080");
+    assert!(none.0 == Some(1) && none.1.contains("line: with 2x2 samples a pixel: 1 pixel"), "{none:?}");
+    let (status, _, error) = grade(&folder, &sheet.replace(scene, "PX 1 1 red"), &[], "true");
+    assert!(status == Some(2) && error.contains("an X3D scene is expected"), "{error}");
+}

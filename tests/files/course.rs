@@ -46,3 +46,15 @@ fn later_shapes_are_over_earlier_ones_from_either_side() {
     );
     assert_eq!(picture(&format!("{moved}{below}"), [6, 5]), ["bbbbbb"; 5]);
 }
+
+/// The lines of the course's algorithm: ends are pixels, and both belong to the line.
+#[test]
+fn ends_of_lines_in_whole_numbers_are_pixels() {
+    let line = |ends: &str| shape("1 0 0", &format!("<Polyline2D lineSegments='{ends}'/>"));
+    let diagonal = ["r.....", ".r....", "..r...", "...r.."];
+    assert_eq!(picture(&line("0 0  3 3"), [6, 4]), diagonal);
+    assert_eq!(picture(&line("3 3  0 0"), [6, 4]), diagonal);
+    assert_eq!(picture(&line("5 0  0 2"), [6, 3]), ["....rr", "..rr..", "rr...."]);
+    let larger = format!("<Transform scale='2 2 1'>{}</Transform>", line("0 0  2 2"));
+    assert_eq!(picture(&larger, [6, 4]), diagonal);
+}

@@ -21,7 +21,7 @@ class Interface:
     frames = 1
     shown = None
 
-    def __init__(self, width, height, filename):
+    def __init__(self, width, height, filename=""):
         self.width = width
         self.height = height
         self.filename = filename

@@ -6,8 +6,9 @@
 
 In: a scene, and the folder with the student's `gl.py` and the framework's `renderizador.py` and `x3d.py`,
 or one whose folder `renderizador` has them. Out: the picture in a window, in a file, or compared with a
-golden one (BLESS=1 writes that). Nothing in the folder is changed: its `gpu.py` and `interface.py`, and
-so Matplotlib, are not imported. Exit status: 0, 1 for another picture than the expected one or an error in
+golden one (BLESS=1 writes that). Nothing in the folder is changed: its `interface.py`, and so Matplotlib,
+is not imported, and of its `gpu.py` only functions that the framework's does not have, and `swap_buffers`,
+which the framework leaves to the student. Exit status: 0, 1 for another picture than the expected one or an error in
 the student's code, 2 for invalid arguments.
 
 Right is: the picture is that of the framework itself, byte for byte, for a scene without a clock.
@@ -63,9 +64,12 @@ def render(scene, folder, width=60, height=40, frames=1, window=False):
     sys.modules.update(ours)
     sys.path.insert(0, here)
     sys.argv = ["renderizador.py", "-i", os.path.abspath(scene), "-w", str(width), "-h", str(height)]
+    added = os.path.join(here, "gpu.py")
+    give_back = gpu.take_functions(added) if os.path.isfile(added) else lambda: None
     try:
         runpy.run_path(os.path.join(here, "renderizador.py"), run_name="__main__")
     finally:
+        give_back()
         sys.argv = before
         sys.path.remove(here)
         # The next folder has modules of the same names.

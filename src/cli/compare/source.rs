@@ -65,7 +65,7 @@ impl Exact {
     /// Reads a picture, or draws a stream or scene.
     pub fn read(path: &Path, reading: Reading<'_>) -> Result<Exact, String> {
         if is_picture(path) {
-            return Ok(Exact { memory: read_picture(path, reading.size)?, drawn: None });
+            return Ok(Exact::of_pixels(read_picture(path, reading.size)?));
         }
         match scene_file::is_scene(path).map_err(|e| match e {
             SceneError::NoFile(message) | SceneError::Refused(message) => message,
@@ -73,6 +73,11 @@ impl Exact {
             true => read_scene(path, reading),
             false => read_stream(path, reading),
         }
+    }
+
+    /// Makes a picture whose geometry is not known.
+    pub fn of_pixels(memory: VideoMemory) -> Exact {
+        Exact { memory, drawn: None }
     }
 
     /// Compares a picture with this one.

@@ -4,12 +4,16 @@
 //! has points for partly right pictures: then they are those of the right share of what is drawn.
 //! Drawn is a pixel that differs from the exact picture's background, the commonest colour, in
 //! either picture: so an empty picture has no share, whatever its size.
+//!
+//! A sheet may say that several pictures are right: by other options, or with several samples a
+//! pixel. Then a program's is compared with the one that it resembles most.
 
 use super::super::compare::{Exact, Reading};
 use super::super::mesh_args::MeshArgs;
 use super::super::render_args::RenderArgs;
+use super::calls::{Called, in_white};
 use super::program::{Made, Program, Ran};
-use super::sheet::{Item, Wanted};
+use super::sheet::{Item, Wanted, base64};
 use crate::measure::difference::WrongPixels;
 use crate::memory::{Rgba, VideoMemory};
 use clap::Parser;
@@ -40,8 +44,9 @@ pub struct Graded<'a> {
 
 /// Right answer of an item.
 pub struct Right {
-    options: Options,
     exact: Option<Exact>,
+    /// Pictures that are right as well, each with the words that tell it from the exact one.
+    others: Vec<(String, Exact)>,
     /// The exact picture's file.
     file: Option<PathBuf>,
 }
@@ -53,12 +58,11 @@ impl Right {
     /// # Errors
     /// Reason why the sheet is refused.
     pub fn read(item: &Item, beside: &Path, folder: &Path) -> Result<Right, String> {
-        let options = Options::try_parse_from(&item.options).map_err(|e| {
-            let text = e.render().to_string();
-            format!("options: {}", text.lines().next().unwrap_or("").trim_start_matches("error: "))
-        })?;
         for (name, text) in &item.files {
-            fs::write(folder.join(name), text).map_err(|e| format!("{name}: {e}"))?;
+            // A picture is written in base64.
+            let picture = if name.ends_with(".png") { base64(text) } else { None };
+            let bytes = picture.unwrap_or_else(|| text.clone().into_bytes());
+            fs::write(folder.join(name), bytes).map_err(|e| format!("{name}: {e}"))?;
         }
         let file = match &item.exact {
             Wanted::Missing | Wanted::Numbers(_) => None,
@@ -73,8 +77,11 @@ impl Right {
                 false => Some(beside.join(name)),
             },
         };
-        let mut right = Right { options, exact: None, file };
-        right.exact = right.file.as_deref().map(|file| right.draw(item, file)).transpose()?;
+        let mut right = Right { exact: None, others: Vec::new(), file };
+        if let Some(file) = &right.file {
+            right.exact = Some(draw(item, &item.options, file)?);
+            right.others = others(item, file, folder)?;
+        }
         if let Some(exact) = &right.exact {
             let (w, h) = (exact.memory.width(), exact.memory.height());
             if (w, h) != item.size.into() {
@@ -93,24 +100,26 @@ impl Right {
         Ok(right)
     }
 
-    fn draw(&self, item: &Item, path: &Path) -> Result<Exact, String> {
-        let size = Some([item.size.width, item.size.height]);
-        let Options { meshes, drawing } = &self.options;
-        Exact::read(path, Reading { size, time: 0.0, load_dir: None, meshes: Some(meshes), drawing })
-    }
-
     /// Runs a program for an item and gives it its points.
     pub fn grade<'a>(&self, item: &'a Item, program: &Program, folder: &Path) -> Graded<'a> {
-        let Ran { made, said } = program.run(item, folder, self.file.as_deref());
         let lost = |text: String| Graded { item, points: 0.0, text, said: Vec::new(), difference: None };
+        let white = match program.called.as_ref().map(|called| self.as_called(item, called, folder)) {
+            Some(Err(text)) => return lost(text),
+            Some(Ok(white)) => white,
+            None => None,
+        };
+        let Ran { made, said } = program.run(item, folder, self.file.as_deref());
         let graded = match made {
             Err(text) => lost(text),
             Ok(Made::Numbers(found)) => match &item.exact {
                 Wanted::Numbers(wanted) => numbers(item, wanted, &found),
                 _ => lost(String::new()),
             },
-            Ok(Made::Picture(mine)) => self.picture(item, *mine),
-            Ok(Made::Stream(path)) => match self.draw(item, &path) {
+            Ok(Made::Picture(mine)) => match &white {
+                Some(white) => white.picture(item, lit(*mine)),
+                None => self.picture(item, *mine),
+            },
+            Ok(Made::Stream(path)) => match draw(item, &item.options, &path) {
                 Ok(mine) => self.picture(item, mine.memory),
                 Err(e) => {
                     let e = e.replace(&path.display().to_string(), "the program's output");
@@ -121,6 +130,23 @@ impl Right {
         Graded { said, ..graded }
     }
 
+    /// Returns what is right for functions that take no colour, which are graded by what is lit.
+    fn as_called(&self, item: &Item, called: &Called, folder: &Path) -> Result<Option<Right>, String> {
+        let Wanted::Text(stream) = &item.exact else {
+            return Err("the program's functions are called, which draw streams alone".to_owned());
+        };
+        let missing = called.missing(stream);
+        if !missing.is_empty() {
+            return Err(format!("no function for {} is found", missing.join(", ")));
+        }
+        let Some(function) = called.colorless(stream) else { return Ok(None) };
+        let stream = in_white(stream).ok_or_else(|| format!("{function} takes no colour"))?;
+        let file = folder.join("white.fbs");
+        fs::write(&file, stream).map_err(|e| format!("exact: {e}"))?;
+        let exact = Some(draw(item, &item.options, &file)?);
+        Ok(Some(Right { exact, others: Vec::new(), file: Some(file) }))
+    }
+
     fn picture<'a>(&self, item: &'a Item, mut mine: VideoMemory) -> Graded<'a> {
         let Some(exact) = &self.exact else {
             return Graded { item, points: 0.0, text: String::new(), said: Vec::new(), difference: None };
@@ -129,13 +155,91 @@ impl Right {
         if let (Some(region), true) = (item.region, size(&mine) == size(&exact.memory)) {
             take_outside(&mut mine, &exact.memory, region);
         }
+        // The first of several that are as near.
+        let pictures = std::iter::once(("", exact)).chain(self.others.iter().map(|(n, e)| (n.as_str(), e)));
+        let nearest = pictures.min_by_key(|(_, exact)| count_wrong(&mine, &exact.memory, item));
+        let (name, exact) = nearest.unwrap_or(("", exact));
         let difference = exact.difference(&mine, item.tolerance.per_channel);
         let (points, text) = match difference.size == difference.exact_size {
             false => (0.0, difference.to_string().trim_end().to_owned()),
             true => points(item, &difference, &mine, &exact.memory),
         };
+        let text = if name.is_empty() { text } else { format!("{name}: {text}") };
         Graded { item, points, text, said: Vec::new(), difference: Some(difference) }
     }
+}
+
+/// Draws a picture by options.
+fn draw(item: &Item, options: &[String], path: &Path) -> Result<Exact, String> {
+    draw_at(item, options, path, 1)
+}
+
+/// Draws a picture that is so many times as large as the item's.
+fn draw_at(item: &Item, options: &[String], path: &Path, times: u32) -> Result<Exact, String> {
+    let Options { meshes, drawing } = &Options::try_parse_from(options).map_err(|e| {
+        let text = e.render().to_string();
+        format!("options: {}", text.lines().next().unwrap_or("").trim_start_matches("error: "))
+    })?;
+    let size = Some([item.size.width * times, item.size.height * times]);
+    Exact::read(path, Reading { size, time: 0.0, load_dir: None, meshes: Some(meshes), drawing })
+}
+
+/// Draws what is right beside the exact picture: by other options, and with several samples.
+fn others(item: &Item, file: &Path, folder: &Path) -> Result<Vec<(String, Exact)>, String> {
+    let mut others = Vec::new();
+    for options in &item.or {
+        let exact = draw(item, options, file).map_err(|e| format!("or: {e}"))?;
+        others.push((format!("as by {}", options.join(" ")), exact));
+    }
+    if item.samples < 2 {
+        return Ok(others);
+    }
+    let text = fs::read_to_string(file).map_err(|e| format!("samples: {e}"))?;
+    if !text.trim_start().starts_with('<') {
+        return Err("samples: an X3D scene is expected".to_owned());
+    }
+    let large = folder.join("large.x3d");
+    fs::write(&large, enlarged(&text, item.samples)).map_err(|e| format!("samples: {e}"))?;
+    let with = format!("with {0}x{0} samples a pixel", item.samples);
+    for (at, options) in std::iter::once(&item.options).chain(&item.or).enumerate() {
+        let exact = draw_at(item, options, &large, item.samples)?;
+        let memory = mean(&exact.memory, item.samples).map_err(|e| e.to_string())?;
+        let by = if at == 0 { String::new() } else { format!("as by {}, ", options.join(" ")) };
+        others.push((by + &with, Exact::of_pixels(memory)));
+    }
+    Ok(others)
+}
+
+/// Returns a scene for a larger picture: shapes in pixels are so many times as large.
+fn enlarged(scene: &str, times: u32) -> String {
+    if !scene.contains("2D ") {
+        return scene.to_owned();
+    }
+    let open = format!("<Scene><Transform scale='{times} {times} 1'>");
+    scene.replacen("<Scene>", &open, 1).replacen("</Scene>", "</Transform></Scene>", 1)
+}
+
+/// Returns the mean of so many pixels a side.
+fn mean(large: &VideoMemory, times: u32) -> Result<VideoMemory, crate::memory::MemoryError> {
+    let mut memory = VideoMemory::new(large.width() / times, large.height() / times)?;
+    let (width, from, n) = (large.width() as usize, pixels(large), times as usize);
+    let columns = memory.width() as usize;
+    for (at, pixel) in memory.bytes_mut().as_chunks_mut::<4>().0.iter_mut().enumerate() {
+        let (x, y) = (at % columns * n, at / columns * n);
+        for (channel, value) in pixel.iter_mut().enumerate() {
+            let places = (0..n * n).map(|k| (y + k / n) * width + x + k % n);
+            let sum: usize = places.map(|place| usize::from(from[place][channel])).sum();
+            *value = ((sum + n * n / 2) / (n * n)) as u8;
+        }
+    }
+    Ok(memory)
+}
+
+/// Returns the number of pixels that differ by more than an item allows.
+fn count_wrong(mine: &VideoMemory, exact: &VideoMemory, item: &Item) -> usize {
+    let allowed = item.tolerance.per_channel;
+    let differs = |(m, e): (&Rgba, &Rgba)| m.iter().zip(e).any(|(m, e)| m.abs_diff(*e) > allowed);
+    pixels(mine).iter().zip(pixels(exact)).filter(|pair| differs(*pair)).count()
 }
 
 /// Returns the points of a picture of the right size, and the reason.
@@ -175,6 +279,15 @@ fn floor_percent(share: f64) -> f64 {
 
 fn pixels(memory: &VideoMemory) -> &[Rgba] {
     memory.bytes().as_chunks::<4>().0
+}
+
+/// Returns a picture in black and white.
+fn lit(mut memory: VideoMemory) -> VideoMemory {
+    for pixel in memory.bytes_mut().as_chunks_mut::<4>().0 {
+        let shade = if pixel[..3] == [0; 3] { 0 } else { 255 };
+        *pixel = [shade, shade, shade, 255];
+    }
+    memory
 }
 
 /// Returns the commonest colour; the first one of several.

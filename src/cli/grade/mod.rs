@@ -8,6 +8,8 @@
 #[cfg(fbptr_preload)]
 mod builtin;
 #[cfg(fbptr_preload)]
+mod calls;
+#[cfg(fbptr_preload)]
 mod judge;
 #[cfg(fbptr_preload)]
 mod program;
@@ -45,6 +47,10 @@ pub struct Grade {
     /// [default: the sheet's; memory if {memory} is among the program's words]
     #[arg(long, value_name = "run|stdout|memory|renderizador", value_parser = ["run", "stdout", "memory", "renderizador"])]
     by: Option<String>,
+    /// Draw the sheet's figures by the functions PutPixel, DrawLine and DrawTriangle of a folder whose
+    /// framework calls MyGlDraw
+    #[arg(long)]
+    calls: bool,
     /// The interpreter of Python programs that a sheet runs by the Python framework
     #[arg(long, value_name = "PROGRAM", default_value = "python3")]
     python: OsString,
@@ -74,8 +80,8 @@ impl Grade {
         }
         #[cfg(not(fbptr_preload))]
         {
-            let Grade { sheet, list, show, item, by, python, json, page, program } = self;
-            let _ = (sheet, list, show, item, by, python, json, page, program);
+            let Grade { sheet, list, show, item, by, calls, python, json, page, program } = self;
+            let _ = (sheet, list, show, item, by, calls, python, json, page, program);
             say_as_program("grade: programs are run on Linux with the GNU C library only");
             Status::BadArguments
         }
@@ -86,7 +92,8 @@ impl Grade {
 mod steps {
     use super::super::mygl::build::{Built, build};
     use super::super::run::find;
-    use super::super::{check_folder, output};
+    use super::super::{check_folder, output, say_as_program};
+    use super::calls::{self, Called};
     use super::judge::Right;
     use super::program::Program;
     use super::result::Report;
@@ -110,6 +117,11 @@ mod steps {
             let _ = fs::remove_dir_all(&path);
             fs::create_dir(&path).map_err(|e| format!("{}: {e}", path.display()))?;
             Ok(Scratch(path))
+        }
+
+        /// Returns the folder of a copy of the program.
+        fn copy(&self) -> PathBuf {
+            self.0.join("program")
         }
 
         /// Makes the folder of an item.
@@ -152,7 +164,7 @@ mod steps {
                 let wrong = |e| format!("{name}:{}: item {}: {e}", item.line, item.name);
                 rights.push((*item, Right::read(item, &beside, &folder).map_err(wrong)?, folder));
             }
-            let (program, _built) = self.program(&items)?;
+            let (program, _built) = self.program(&items, &scratch)?;
             let mut report = Report { sheet: &sheet, items: Vec::new() };
             if !self.json {
                 output::print(format!("{}\n", sheet.title));
@@ -190,15 +202,19 @@ mod steps {
         }
 
         /// Finds the program, and compiles it where it is a folder.
-        fn program(&self, items: &[&Item]) -> Result<(Program, Option<Built>), String> {
+        fn program(&self, items: &[&Item], scratch: &Scratch) -> Result<(Program, Option<Built>), String> {
             let by = self.by.as_deref().and_then(|name| By::from_str(name, false).ok());
             let mut words = self.program.clone();
             let Some(first) = words.first() else {
                 return Err("a program is expected after --, as in fbptr grade T1 -- ./student".to_owned());
             };
-            let folder = fs::canonicalize(first).ok().filter(|path| path.is_dir());
+            let mut folder = fs::canonicalize(first).ok().filter(|path| path.is_dir());
             let is_framework = items.iter().any(|item| item.by == By::Renderizador);
             let mut built = None;
+            let called = self.calls.then(|| self.called(folder.as_deref(), scratch)).transpose()?;
+            if called.is_some() {
+                folder = Some(scratch.copy());
+            }
             match (folder.clone(), is_framework) {
                 (Some(path), true) => words[0] = path.into(),
                 (None, true) => {
@@ -220,7 +236,15 @@ mod steps {
                 },
             }
             let folder = folder.filter(|_| built.is_some());
-            Ok((Program { words, folder, by, python: self.python.clone() }, built))
+            Ok((Program { words, folder, by, python: self.python.clone(), called }, built))
+        }
+
+        /// Copies a folder so that its functions are called, and says which these are.
+        fn called(&self, folder: Option<&Path>, scratch: &Scratch) -> Result<Called, String> {
+            let folder = folder.ok_or("--calls: a folder of C or C++ sources is expected")?;
+            let called = calls::prepare(folder, &scratch.copy())?;
+            say_as_program(format_args!("the sheet's figures are drawn by\n{}", called.text().trim_end()));
+            Ok(called)
         }
     }
 

@@ -4,6 +4,7 @@
 //! A program is run by `fbptr run`, by itself, or by the Python framework, under the item's limits.
 
 use super::super::run::is_glut_program;
+use super::calls::Called;
 use super::sheet::{By, Input, Item, Wanted};
 use super::watch::{self, End, Limits, Watched};
 use crate::memory::{SharedFile, VideoMemory};
@@ -30,6 +31,8 @@ pub struct Program {
     pub folder: Option<PathBuf>,
     pub by: Option<By>,
     pub python: OsString,
+    /// Its functions, if they are called in place of its own figures.
+    pub called: Option<Called>,
 }
 
 /// Outcome of a run.

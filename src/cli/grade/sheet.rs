@@ -42,6 +42,10 @@ pub struct Item {
     pub exact: Wanted,
     /// Options of drawing, as `fbptr compare` takes them.
     pub options: Vec<String>,
+    /// Other options by which the exact picture is right as well.
+    pub or: Vec<Vec<String>>,
+    /// Samples a side of a pixel, of which the mean is right as well as one sample.
+    pub samples: u32,
     /// Left, upper, width, height of the part that is compared.
     pub region: Option<[u32; 4]>,
     pub tolerance: Tolerance,
@@ -111,6 +115,8 @@ impl Item {
             files: Vec::new(),
             exact: Wanted::Missing,
             options: Vec::new(),
+            or: Vec::new(),
+            samples: 1,
             region: None,
             tolerance: Tolerance::EXACT,
             within: 0.001,
@@ -140,6 +146,8 @@ impl Item {
             "size" => self.size = value.parse().map_err(|e| format!("size: {e}"))?,
             "arguments" => self.arguments = words(value),
             "options" => self.options = words(value),
+            "or" => self.or.push(words(value)),
+            "samples" => self.samples = real(key, value, 1.0..=8.0)? as u32,
             "input" if value == "exact" && !is_block => self.input = Input::Exact,
             "input" => self.input = Input::Text(value.to_owned()),
             "exact" if is_block => self.exact = Wanted::Text(value.to_owned()),
@@ -179,6 +187,9 @@ impl Item {
             return Err(format!(
                 "file: a name of letters, digits, points and lines is expected, not {name:?}"
             ));
+        }
+        if name.ends_with(".png") && base64(value).is_none() {
+            return Err(format!("file {name}: a picture in base64 is expected"));
         }
         self.files.retain(|(other, _)| other != name);
         self.files.push((name.to_owned(), value.to_owned()));
@@ -285,6 +296,22 @@ fn block<'a>(lines: &mut std::iter::Peekable<impl Iterator<Item = (usize, &'a st
         text.push('\n');
     }
     text
+}
+
+/// Returns the bytes of a text in base64.
+pub fn base64(text: &str) -> Option<Vec<u8>> {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let (mut bytes, mut bits, mut count) = (Vec::new(), 0_u32, 0);
+    for byte in text.bytes().filter(|byte| !byte.is_ascii_whitespace() && *byte != b'=') {
+        let digit = DIGITS.iter().position(|other| *other == byte)? as u32;
+        bits = (bits << 6 | digit) & 0xffff;
+        count += 6;
+        if count >= 8 {
+            count -= 8;
+            bytes.push((bits >> count) as u8);
+        }
+    }
+    Some(bytes)
 }
 
 fn words(value: &str) -> Vec<String> {

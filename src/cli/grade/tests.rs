@@ -68,12 +68,26 @@ fn a_line_that_is_wrong_is_named() {
         ("item: a\nafter: soon\n", 2, "still"),
         ("item: a\nby: magic\n", 2, "renderizador is expected"),
         ("item: a\nfile ../x:\n  y\n", 2, "a name of letters"),
+        ("item: a\nfile x.png:\n  y!\n", 2, "base64"),
+        ("item: a\nsamples: 0\n", 2, "samples: a number"),
         ("item: a\nsize:\n    8x6\n", 2, "same line"),
         ("  exact: x\n", 1, "key: value"),
     ] {
         let (at, message) = wrong(text);
         assert!(at == line && message.contains(word), "{text:?}: {at}: {message}");
     }
+}
+
+#[test]
+fn pictures_are_written_in_base64_and_options_may_be_others() {
+    assert_eq!(super::sheet::base64("iVBO\nRw0K Gg==").unwrap(), b"\x89PNG\r\n\x1a");
+    let sheet = Sheet::parse("or: --a b\nitem: one\nexact: x\nor:\nsamples: 2\nitem: two\nexact: y\n");
+    let error = sheet.unwrap_err();
+    assert!(error.message.contains("same line"), "{error:?}");
+    let sheet =
+        Sheet::parse("or: --a b\nitem: one\nexact: x\nor: c\nsamples: 2\nitem: two\nexact: y\n").unwrap();
+    assert_eq!((sheet.items[0].or.len(), sheet.items[0].samples), (2, 2));
+    assert_eq!((sheet.items[1].or.len(), sheet.items[1].samples), (1, 1));
 }
 
 #[test]

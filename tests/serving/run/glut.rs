@@ -248,3 +248,73 @@ fn a_program_that_ends_before_its_window_keeps_its_status() {
     let output = run(&["--after", "300ms", "--", &program, "draw", "0", "9999", "1"]).output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{output:?}");
 }
+
+const SHEET: &str = "\
+title: figures
+size: 64x48
+input: exact
+item: points
+points: 2
+exact:
+    PX 3 4 ff8000
+    PX 60 40 00ff10
+item: lines
+exact:
+    LINE 2 5 50 5 ff0000
+item: ramp
+exact:
+    LINE 2 5 50 5 ff0000 0000ff
+item: triangle
+points: 3
+partly: 30%
+exact:
+    TRI 10 10 30 12 5 20 00ffff
+item: fill
+exact:
+    FILL 10 10 30 12 5 20 00ffff
+";
+
+/// Grades a folder's own functions.
+fn called(name: &str) -> Option<(String, String)> {
+    let folder = Folder::new(name);
+    if !tools::are_there(&["cc", "c++"]) {
+        return None;
+    }
+    let sheet = folder.join("a.sheet");
+    std::fs::write(&sheet, SHEET).unwrap();
+    let mut command = fbptr(&folder);
+    command.arg("grade").arg(&sheet).args(["--calls", "--"]).arg(source(name));
+    let output = command.output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    Some((text(&output.stdout), text(&output.stderr)))
+}
+
+#[test]
+fn grade_calls_functions_whatever_records_their_points_and_colours_are_in() {
+    let Some((result, said)) = called("called") else { return };
+    assert!(said.contains("LINE  draw_line(Dot from, Dot to, bool fill)"), "{said}");
+    assert!(said.contains("FILL  no function is found"), "{said}");
+    for line in [
+        "2 of 2     points: right",
+        "1 of 1     lines: right",
+        "0 of 1     ramp: ",
+        "% right: ",
+        "no function for FILL",
+    ] {
+        assert!(result.contains(line), "{line}: {result}");
+    }
+    assert!(said.contains("DrawTriangle(int a[], int b[], int c[], std::vector<int> color)"), "{said}");
+}
+
+#[test]
+fn grade_calls_functions_without_colours_and_judges_what_is_lit() {
+    let Some((result, said)) = called("called_c") else { return };
+    assert!(said.contains("PX    putPixel(struct point *p, octet r, octet g, octet b, octet a)"), "{said}");
+    for line in [
+        "2 of 2     points: right",
+        "1 of 1     lines: right",
+        "drawLine(int a, int b, int c, int d) takes no",
+    ] {
+        assert!(result.contains(line), "{line}: {result}");
+    }
+}

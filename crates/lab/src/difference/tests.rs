@@ -241,6 +241,18 @@ fn an_upright_box_with_the_wrong_rule_is_not_a_shift() {
 }
 
 #[test]
+fn a_picture_of_almost_nothing_is_not_a_shift() {
+    let mut exact = memory();
+    let corners = [[10.0, 8.0], [40.0, 8.0], [24.0, 40.0]];
+    draw2d::fill(&mut exact, corners, RED.into(), Blend::Replace);
+    let mut mine = memory();
+    mine.put_pixel(1, 1, RED);
+    assert_eq!(pictures(&mine, &exact).count(Class::Whole), 0);
+    let mine = moved(&exact, |x, y| (x - 9, y + 6));
+    only(&pictures(&mine, &exact), Class::Whole);
+}
+
+#[test]
 fn another_face_in_front() {
     let near = [[10.0, 8.0], [40.0, 8.0], [24.0, 40.0]];
     let far = [[16.0, 6.0], [50.0, 30.0], [12.0, 36.0]];

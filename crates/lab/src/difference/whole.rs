@@ -141,10 +141,21 @@ fn outline(picture: &VideoMemory, pixels: &Pixels<'_>) -> Option<[i64; 4]> {
 /// Returns the shifts that are tried: all near ones, and those between the outlines' sides.
 fn shifts(pixels: &Pixels<'_>) -> Vec<[i64; 2]> {
     let mut all: Vec<_> = (-NEAR..=NEAR).flat_map(|y| (-NEAR..=NEAR).map(move |x| [x, y])).collect();
-    if let (Some(a), Some(b)) = (outline(pixels.mine, pixels), outline(pixels.exact, pixels)) {
+    let exact = outline(pixels.exact, pixels);
+    if let (Some(a), Some(b)) = (outline(pixels.mine, pixels), exact) {
         all.extend([[a[0] - b[0], a[1] - b[1]], [a[2] - b[2], a[3] - b[3]]]);
     }
-    all.retain(|shift| *shift != [0, 0]);
+    // A picture that is moved out of sight would explain any picture of almost nothing.
+    let size = pixels.size.map(i64::from);
+    let is_seen = |shift: &[i64; 2]| {
+        exact.is_none_or(|[x0, y0, x1, y1]| {
+            let seen = |side: usize, from: i64, to: i64| {
+                ((to + shift[side]).min(size[side] - 1) - (from + shift[side]).max(0) + 1).max(0)
+            };
+            2 * seen(0, x0, x1) * seen(1, y0, y1) >= (x1 - x0 + 1) * (y1 - y0 + 1)
+        })
+    };
+    all.retain(|shift| *shift != [0, 0] && is_seen(shift));
     all
 }
 

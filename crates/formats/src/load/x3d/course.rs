@@ -7,6 +7,8 @@
 //!   drawn in pixels, (0, 0) at the upper left corner, x right, y down, without its Viewpoint, lights,
 //!   fog and background, in emissive colours alone, seen from both sides, later shapes over earlier
 //!   ones. Transforms move the shapes in pixels. A scene with any other geometry is left as it is.
+//!   The corner of the first pixel is (0, 0). But ends of lines in whole numbers name pixels, as in
+//!   the course's algorithm for lines: such a line goes from centre to centre, and has both ends.
 //! - [`FieldOfView::Diagonal`]: the field of view lies on the picture's diagonal, and the window on the
 //!   near plane is as high as the course's slides have it, with the whole angle in the tangent where
 //!   the standard has its half:
@@ -120,6 +122,10 @@ fn in_pixels(scene: Scene, size: [u32; 2]) -> Scene {
         let mut model = object.model.transpose();
         // Towards the viewer in the order of the file; the shapes themselves are flat.
         model.z_axis = DVec4::new(0.0, 0.0, 1.0, (k as f64 + 1.0) / (count + 1.0));
+        if is_line_in_whole_pixels(&object) {
+            model.x_axis.w += 0.5;
+            model.y_axis.w += 0.5;
+        }
         Object {
             model: model.transpose(),
             material: Material { model: LightingModel::Unlit, ..object.material },
@@ -132,6 +138,16 @@ fn in_pixels(scene: Scene, size: [u32; 2]) -> Scene {
     };
     let objects = scene.objects.into_iter().enumerate().map(plain).collect();
     Scene { camera: Some(camera), objects, ..Scene::default() }
+}
+
+/// Returns whether a shape is of lines whose ends are whole numbers of pixels.
+fn is_line_in_whole_pixels(object: &Object) -> bool {
+    let mesh = &object.geometry.mesh;
+    let is_whole = |position: &DVec3| {
+        let place = object.model.transform_point3(*position);
+        place.x.fract() == 0.0 && place.y.fract() == 0.0
+    };
+    !mesh.lines.is_empty() && mesh.positions.iter().all(is_whole)
 }
 
 #[cfg(test)]
