@@ -122,7 +122,9 @@ impl ReportArgs {
         };
         let scenes: String = self.scene.iter().map(|path| named("scene", path)).collect();
         let peers = self.peers.as_ref().map_or(String::new(), |path| named("peers", path));
-        format!("fbptr report{quick}{simd}{threads}{scenes}{peers}")
+        let size = self.picture.size.map_or(String::new(), |size| format!(" --size {size}"));
+        let budgets: String = self.max_error.iter().map(|e| format!(" --max-error {e}")).collect();
+        format!("fbptr report{quick}{simd}{threads}{scenes}{size}{budgets}{peers}")
     }
 
     /// Reads the section of other programs, if there is one.

@@ -73,7 +73,7 @@ fn remarks(decision: &Decision) -> Vec<String> {
 }
 
 const HEADS: [&str; 6] =
-    ["setting", "time a frame", "times as fast", "largest error", "99.9th percentile", "coverage off"];
+    ["setting", "time a frame", "times as fast", "largest error", "99.9 %", "coverage off"];
 
 /// Writes the decision as Markdown.
 pub(super) fn markdown(out: &mut String, decision: &Decision) {
