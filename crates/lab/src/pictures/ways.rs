@@ -93,7 +93,7 @@ pub(super) fn limit(case: &Case) -> f64 {
 /// Returns the way that a budget chooses; `None` if the scene cannot be drawn.
 fn within(case: &Case, max_error: f64) -> Option<Way> {
     let options = scene_options(case)?;
-    let budget = Budget { scene: &case.scene, options: &options, max_error };
+    let budget = Budget { scene: &case.scene, options: &options, max_error: max_error.into() };
     let choice = prove(&budget, &mut MeshShapes::at_once());
     let mut cheaper = case.clone();
     choice.apply(&mut cheaper.scene);
