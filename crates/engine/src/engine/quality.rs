@@ -105,7 +105,8 @@ impl Engine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Audience, Output, Stream};
+    use crate::stream::Resume;
+    use crate::{Audience, Output, Stream, StreamState};
 
     /// Returns the pictures of these parts of one stream, after each of them.
     fn pictures(parts: &[&str]) -> Vec<Vec<u8>> {
@@ -117,6 +118,70 @@ mod tests {
             engine.memory().bytes().to_vec()
         });
         each.collect()
+    }
+
+    /// Returns a flat sheet of 5000 faces as an OBJ file.
+    fn sheet() -> String {
+        let mut obj = String::new();
+        for (y, x) in (0..=50).flat_map(|y| (0..=50).map(move |x| (y, x))) {
+            obj += &format!("v {} {} 0\n", f64::from(x) / 25.0 - 1.0, f64::from(y) / 25.0 - 1.0);
+        }
+        for (y, x) in (0..50).flat_map(|y| (0..50).map(move |x| (y, x))) {
+            let at = y * 51 + x + 1;
+            obj += &format!("f {} {} {} {}\n", at, at + 1, at + 52, at + 51);
+        }
+        obj
+    }
+
+    /// Runs a stream as a server does, with jobs if it `suspends`. Returns its replies.
+    fn replies(suspends: bool, engine: &mut Engine, script: &str) -> String {
+        let mut stream = Stream::new(engine, 1, Audience::Owner);
+        let (mut out, mut used) = (Output::default(), 0);
+        let budget = crate::Budget { suspends, ..crate::Budget::NONE };
+        let mut state = StreamState::Ready;
+        while used < script.len() || matches!(state, StreamState::Works | StreamState::InPieces) {
+            state = match state {
+                StreamState::Works => {
+                    let result = out.job.take().expect("a job").run_guarded(&CancelToken::default());
+                    stream.resume(engine, Resume::Job(result), &mut out, budget)
+                }
+                StreamState::InPieces => stream.resume(engine, Resume::Pieces, &mut out, budget),
+                _ => {
+                    let (taken, state) = stream.feed(engine, &script.as_bytes()[used..], &mut out, budget);
+                    used += taken;
+                    state
+                }
+            };
+        }
+        String::from_utf8(out.replies).unwrap()
+    }
+
+    #[test]
+    fn a_level_is_drawn_when_it_pays_until_the_connection_picks() {
+        let sheet = sheet();
+        let mut script = format!("MESH m OBJ :{}\n{sheet}LOOKAT 0 0 4 0 0 0 0 1 0\n", sheet.len());
+        script += "PERSPECTIVE 0.6 1 9\nLIGHT 0 DIR 0 0 -1 1 1 1\nQUALITY max-error 4 0.5\n";
+        script += &"CLEAR 000000\nDRAW m\n".repeat(512);
+        let once_more = script.clone() + "CLEAR 000000\nDRAW m\nPICK 16 12\n";
+        let after_pick = once_more.clone() + "CLEAR 000000\nDRAW m\n";
+        let is_whole = |engine: &Engine| engine.rendering.plan.contains("faces:5000,");
+        let mut found = Vec::new();
+        for suspends in [false, true] {
+            let mut engine = Engine::new(32, 24).unwrap();
+            // The first draw of a mesh is not counted.
+            replies(suspends, &mut engine, &script);
+            assert!(is_whole(&engine), "{}", engine.rendering.plan);
+            let exact = engine.memory().bytes().to_vec();
+            let answer = replies(suspends, &mut engine, &once_more);
+            assert!(!is_whole(&engine), "{}", engine.rendering.plan);
+            assert!(engine.memory().bytes() == exact, "a flat sheet is the same in few faces");
+            let triangle = answer.trim().strip_prefix("PICK 16 12 m ").unwrap().parse::<u32>().unwrap();
+            assert!(triangle < 5000, "{answer}");
+            found.push((engine.rendering.plan.clone(), triangle));
+            replies(suspends, &mut engine, &after_pick);
+            assert!(is_whole(&engine), "{}", engine.rendering.plan);
+        }
+        assert_eq!(found[0], found[1], "with jobs and without");
     }
 
     #[test]

@@ -22,8 +22,9 @@ use crate::scene::{Geometry, Mesh};
 use std::sync::Arc;
 use surface::Surface;
 
-/// Least number of faces of a mesh with levels, and of a level.
+/// Least number of faces of a mesh with levels, and that of a level which needs no coarser one.
 pub(super) const LEAST_FACES: usize = 4096;
+const ENOUGH_FACES: usize = LEAST_FACES / 4;
 
 /// Number of steps, each of which multiplies the limits by the square root of two.
 const STEPS: u32 = 18;
@@ -119,17 +120,16 @@ fn make(mesh: &Mesh, cancel: &CancelToken) -> Option<Vec<Level>> {
         };
         surface.simplify(&limit, cancel)?;
         let left = surface.face_count();
-        if left < LEAST_FACES / 4 {
+        if left as f64 <= LEAST_GAIN * faces {
+            faces = left as f64;
+            let (mut level, origins) = surface.to_mesh();
+            level.materials.clone_from(&mesh.materials);
+            let geometry = Arc::new(Geometry { mesh: level, textures: Vec::new() });
+            levels.push(Level { geometry, origins: origins.into(), change: surface.change() });
+        }
+        if left < ENOUGH_FACES {
             break;
         }
-        if left as f64 > LEAST_GAIN * faces {
-            continue;
-        }
-        faces = left as f64;
-        let (mut level, origins) = surface.to_mesh();
-        level.materials.clone_from(&mesh.materials);
-        let geometry = Arc::new(Geometry { mesh: level, textures: Vec::new() });
-        levels.push(Level { geometry, origins: origins.into(), change: surface.change() });
     }
     Some(levels)
 }

@@ -281,6 +281,7 @@ impl ChangeBound {
 mod tests {
     use super::*;
     use crate::truth::scenes::Random;
+    use std::f64::consts::TAU;
 
     fn point(r: &mut Random, at: DVec2, bend: f64) -> Point {
         let height = bend * at.length_squared() + r.real(-0.02, 0.02);
@@ -319,7 +320,7 @@ mod tests {
             let center = point(&mut r, DVec2::ZERO, bend);
             let ring: Vec<Point> = (0..len)
                 .map(|i| {
-                    let (sin, cos) = libm::sincos((i as f64 + r.real(0.1, 0.9)) / len as f64 * 6.283);
+                    let (sin, cos) = libm::sincos((i as f64 + r.real(0.1, 0.9)) / len as f64 * TAU);
                     let far = r.real(0.3, 1.0);
                     point(&mut r, DVec2::new(cos, sin) * far, bend)
                 })
@@ -363,7 +364,7 @@ mod tests {
             |x: f64, y: f64| Point { position: DVec3::new(x, y, 0.0), normal: DVec3::Z, color: DVec4::ONE };
         let center = at(0.0, 0.0);
         let around = |turns: f64, len: usize| {
-            let place = |i: usize| libm::sincos(turns * 6.283185 * i as f64 / len as f64);
+            let place = |i: usize| libm::sincos(turns * TAU * i as f64 / len as f64);
             (0..len).map(|i| at(place(i).1, place(i).0)).collect::<Vec<_>>()
         };
         assert!(Star::of(&center, &around(1.0, 6)).is_some());

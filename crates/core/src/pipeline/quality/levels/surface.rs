@@ -320,7 +320,7 @@ impl<'s> Pass<'s> {
     /// Replaces the star of a vertex by the fan from neighbour `v`.
     fn replace(&mut self, vertex: u32, ring: &Ring, v: usize, changes: &[Change; MOST_NEIGHBOURS]) {
         let len = ring.len;
-        for k in 0..len {
+        for (k, change) in changes[..len].iter().enumerate() {
             let face = &mut self.surface.faces[ring.faces[(v + k) % len] as usize];
             // The first and the last face have the edge from the vertex to v.
             if k == 0 || k == len - 1 {
@@ -332,7 +332,7 @@ impl<'s> Pass<'s> {
                     *point = ring.points[v];
                 }
             }
-            face.change = changes[k];
+            face.change = *change;
         }
         self.is_changed[vertex as usize] = true;
         for point in &ring.points[..len] {
