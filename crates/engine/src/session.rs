@@ -123,8 +123,6 @@ pub struct Session {
     pub interp: Interpolation,
     /// Quality, set by `QUALITY`.
     pub quality: Quality,
-    /// True from the first `PICK` on.
-    pub(crate) picks: bool,
     /// Resources of this connection.
     pub names: ResourceTable,
     /// True if the display follows the memory, set by `AUTO`.
@@ -179,7 +177,6 @@ impl Session {
             hide: HiddenSurface::default(),
             interp: Interpolation::default(),
             quality: Quality::Exact,
-            picks: false,
             names: ResourceTable::default(),
             auto: true,
             events: false,

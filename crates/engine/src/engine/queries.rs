@@ -41,7 +41,6 @@ impl Engine {
     }
 
     pub(super) fn pick(&self, call: &mut Call<'_>, x: i32, y: i32) -> Result<(), MemoryError> {
-        call.session.picks = true;
         self.framebuffer.memory.get_pixel(x, y)?;
         match self.framebuffer.face_at(x, y) {
             Some((name, triangle)) => call.answer(format_args!("PICK {x} {y} {name} {triangle}")),

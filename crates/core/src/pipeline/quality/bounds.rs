@@ -263,6 +263,12 @@ impl<'c> ShadedObject<'c> {
     }
 }
 
+/// Returns the indices of the lights that reach a draw.
+pub(super) fn light_indices<'a>(call: &DrawCall<'a>) -> impl Iterator<Item = u32> + use<'a> {
+    let all = if call.light_subset.is_none() { call.lights.len() as u32 } else { 0 };
+    (0..all).chain(call.light_subset.unwrap_or_default().iter().copied())
+}
+
 /// Returns the factor by which a matrix scales lengths, if it keeps all angles.
 fn similarity(m: DMat3) -> Option<f64> {
     let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);

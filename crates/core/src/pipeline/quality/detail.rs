@@ -22,7 +22,7 @@
 //!           (2(a + l) - cos g)^n (Phong), g the largest angle of L and V over the box.
 //! ```
 
-use super::bounds::{MeshBox, ShadedObject};
+use super::bounds::{MeshBox, ShadedObject, light_indices};
 use super::levels::{Change, Level};
 use super::steps_of_rounding;
 use crate::pipeline::draw_call::DrawCall;
@@ -227,7 +227,7 @@ impl<'s, 'c> ViewBounds<'s, 'c> {
         // The brightest light that a vertex colour multiplies, by materials.
         let mut lit: Vec<DVec3> = self.shaded.materials.iter().map(|m| m.ka * call.ambient.abs()).collect();
         let mut sum = 0.0;
-        for index in super::proof::light_indices(call) {
+        for index in light_indices(call) {
             let light = call.lights.get(index as usize)?;
             for (lit, m) in lit.iter_mut().zip(&self.shaded.materials) {
                 *lit += m.ka * light.ambient.abs() + m.kd * light.color.abs();

@@ -1,6 +1,6 @@
 //! For each draw the cheapest settings whose proven bound is within E.
 
-use super::bounds::{MeshBox, ShadedObject};
+use super::bounds::{MeshBox, ShadedObject, light_indices};
 use super::costs::{ObjectCosts, covered_pixels};
 use super::detail::{self, Detail, WholeReason};
 use super::levels::may_have_levels;
@@ -160,12 +160,6 @@ fn with_level(
     proven.cost -= costs.faces_cost(faces - left);
     proven.settings.level = Some(level.clone());
     Some(proven)
-}
-
-/// Returns the indices of the lights that reach a draw.
-pub(super) fn light_indices<'a>(call: &DrawCall<'a>) -> impl Iterator<Item = u32> + use<'a> {
-    let all = if call.light_subset.is_none() { call.lights.len() as u32 } else { 0 };
-    (0..all).chain(call.light_subset.unwrap_or_default().iter().copied())
 }
 
 /// Settings with their bound in steps, and their cost.

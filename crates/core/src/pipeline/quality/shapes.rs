@@ -21,7 +21,7 @@ use std::sync::{Arc, Weak};
 const KEPT: usize = 1024;
 
 /// Draws that pay for the levels of a mesh: making them takes some 4.3 microseconds a face
-/// (docs/notes/error-budget.md), and drawing a face that levels leave out 7 nanoseconds.
+/// (docs/report.md), and drawing a face that levels leave out 7 nanoseconds.
 const DRAWS_FOR_LEVELS: u64 = 512;
 
 /// Boxes, angles and levels of the most recent meshes.

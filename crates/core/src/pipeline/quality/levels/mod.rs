@@ -10,8 +10,8 @@
 //! Nothing here depends on time, threads or the order of hash tables: a mesh always has the same
 //! levels.
 
+mod decimation;
 mod star;
-mod surface;
 #[cfg(test)]
 mod tests;
 
@@ -19,8 +19,8 @@ pub use star::Change;
 
 use crate::cancel::CancelToken;
 use crate::scene::{Geometry, Mesh};
+use decimation::Decimation;
 use std::sync::Arc;
-use surface::Surface;
 
 /// Least number of faces of a mesh with levels, and that of a level which needs no coarser one.
 pub(super) const LEAST_FACES: usize = 4096;
@@ -108,7 +108,7 @@ fn make(mesh: &Mesh, cancel: &CancelToken) -> Option<Vec<Level>> {
     if !(diagonal > 0.0 && diagonal.is_finite()) {
         return None;
     }
-    let mut surface = Surface::of(mesh, cancel)?;
+    let mut surface = Decimation::of(mesh, cancel)?;
     let mut levels = Vec::new();
     let mut faces = surface.face_count() as f64;
     for step in 0..STEPS {

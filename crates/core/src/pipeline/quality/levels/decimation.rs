@@ -43,7 +43,7 @@ struct Face {
 
 /// Surface that loses vertices.
 #[derive(Debug)]
-pub(super) struct Surface {
+pub(super) struct Decimation {
     /// Distinct corners.
     points: Vec<Point>,
     /// Vertex of each point.
@@ -59,10 +59,10 @@ fn bits(v: DVec3) -> [u64; 3] {
     (v + DVec3::ZERO).to_array().map(f64::to_bits)
 }
 
-impl Surface {
+impl Decimation {
     /// Takes the triangles of a mesh whose indices are in range; `None` if it is cancelled, or if a
     /// triangle with area has no normal.
-    pub fn of(mesh: &Mesh, cancel: &CancelToken) -> Option<Surface> {
+    pub fn of(mesh: &Mesh, cancel: &CancelToken) -> Option<Decimation> {
         let mut vertices: HashMap<[u64; 3], u32> = HashMap::with_capacity(mesh.positions.len());
         let vertex_at = |p: &DVec3| {
             let next = vertices.len() as u32;
@@ -73,7 +73,7 @@ impl Surface {
         drop(vertices);
         let has_own = |c: &Corner| mesh.normals.get(c.normal as usize).and_then(|n| unit(*n)).is_some();
         let normals = Normals::of(mesh, !mesh.corners.iter().all(has_own), &NEVER);
-        let mut surface = Surface {
+        let mut surface = Decimation {
             points: Vec::with_capacity(count),
             vertex_of: Vec::with_capacity(count),
             is_fixed: vec![false; count],
@@ -181,7 +181,7 @@ impl Surface {
 
 /// Pass over all vertices of a surface, each star of which changes at most once.
 struct Pass<'s> {
-    surface: &'s mut Surface,
+    surface: &'s mut Decimation,
     limit: Change,
     /// Faces of vertex v are `faces_at[starts[v]..starts[v + 1]]`.
     starts: Vec<u32>,
@@ -199,7 +199,7 @@ struct Ring {
 }
 
 impl<'s> Pass<'s> {
-    fn new(surface: &'s mut Surface, limit: Change) -> Pass<'s> {
+    fn new(surface: &'s mut Decimation, limit: Change) -> Pass<'s> {
         let count = surface.is_fixed.len();
         let mut starts = vec![0u32; count + 1];
         let vertices = |face: &Face| face.points.map(|p| surface.vertex_of[p as usize] as usize);
