@@ -167,7 +167,7 @@ fn levels_are_refused_where_nothing_is_proven_or_they_do_not_pay() {
         attenuation.q = 0.1;
     });
     let mut shapes = MeshShapes::at_once();
-    let mut reason = |shapes: &mut MeshShapes| match choice_with(&scene, 4.0, 0.5, shapes).details.pop() {
+    let reason = |shapes: &mut MeshShapes| match choice_with(&scene, 4.0, 0.5, shapes).details.pop() {
         Some((Detail::Whole(reason), _)) => Some(reason),
         _ => None,
     };
