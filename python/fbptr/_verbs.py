@@ -420,11 +420,14 @@ class Handy(_Base):
         words = [*sampling, kwargs.pop("filter", None), kwargs.pop("wrap", None), kwargs.pop("sampling", None)]
         self._call("TEXTURE", name, words, **kwargs)
 
-    def quality(self, *quality: Any, max_error: Number | None = None) -> None:
-        """Draws exactly ("exact"), or more cheaply where that stays within `max_error` steps of colour."""
+    def quality(self, *quality: Any, max_error: Number | tuple[Number, Number] | None = None) -> None:
+        """Draws exactly ("exact"), or more cheaply where that stays within `max_error` steps of colour,
+        or steps of colour and a shift in pixels.
+        """
         if quality and not isinstance(quality[0], str):
             max_error, quality = quality[0], ()
-        self._call("QUALITY", *(("max-error", max_error) if max_error is not None else quality or ("exact",)))
+        most = max_error if isinstance(max_error, tuple) else (max_error,)
+        self._call("QUALITY", *(("max-error", *most) if max_error is not None else quality or ("exact",)))
 
     def draw(self, name: str | Mesh, **states: Any) -> None:
         """Draws a mesh by its name, or a `Mesh`. Keyword arguments are states for this draw alone:

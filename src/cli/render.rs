@@ -19,7 +19,7 @@ use crate::memory::{DepthFormat, DepthMemory, VideoMemory};
 use crate::pipeline::quality::{Budget, MeshShapes, prove};
 use crate::pipeline::{DepthUse, EmptyDraw, Renderer, SceneOptions, Target};
 use crate::save::{self, MovieFormat, SaveError};
-use crate::scene::Scene;
+use crate::scene::{MaxError, Scene};
 use crate::server::worker_pool;
 use crate::viewer::{Model, STUDIO_SIZE, Viewer, ViewerOptions, turntable_rate};
 use clap::Args;
@@ -47,9 +47,9 @@ pub struct Render {
     /// Write the depth too
     #[arg(long, value_name = "OUT.pfm")]
     depth_out: Option<PathBuf>,
-    /// Draw more cheaply where the 99.9th percentile of colour error stays within E steps of 255
-    #[arg(long, value_name = "E", value_parser = not_negative, allow_negative_numbers = true)]
-    max_error: Option<f64>,
+    /// Draw more cheaply where the 99.9th percentile of colour error stays within E steps of 255; and each pixel shows what is exact within S pixels
+    #[arg(long, value_name = "E[,S]", allow_negative_numbers = true)]
+    max_error: Option<MaxError>,
     /// Print what the scene needs, and why, and what each stage cost
     #[arg(long)]
     explain: bool,
@@ -87,10 +87,6 @@ pub(super) fn finite(text: &str) -> Result<f64, String> {
 
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     finite(text).ok().filter(|n| *n > 0.0).ok_or_else(|| "expected a finite number above 0".to_owned())
-}
-
-pub(super) fn not_negative(text: &str) -> Result<f64, String> {
-    finite(text).ok().filter(|n| *n >= 0.0).ok_or_else(|| "expected a finite number of 0 or more".to_owned())
 }
 
 /// One drawn picture.
@@ -296,7 +292,10 @@ impl Render {
         let points = self.meshes.point_size.map_or(String::new(), |size| format!(" points {size}"));
         let studio = if self.studio { " studio" } else { "" };
         let reading = self.meshes.reading().map_or(String::new(), |reading| format!(" {reading:?}"));
-        let more = format!("{:?} {:?}{points}{reading}{studio}", self.meshes.smoothing(), self.max_error);
+        let steps = self.max_error.map(|most| most.steps);
+        let shift = self.max_error.map_or(0.0, |most| most.shift);
+        let shift = if shift > 0.0 { format!(" shift {shift}") } else { String::new() };
+        let more = format!("{:?} {steps:?}{shift}{points}{reading}{studio}", self.meshes.smoothing());
         let recipe = animation.recipe(crc, &more);
         let (out, depth_out) = (self.out.as_deref(), self.depth_out.as_deref());
         RenderOutput::open(out, depth_out, self.frames, self.shard, animation, recipe)
@@ -309,7 +308,9 @@ impl Render {
         output: &mut RenderOutput,
         mut renderer: Renderer,
     ) -> Result<String, SceneError> {
-        let (mut plans, mut shapes) = (String::new(), MeshShapes::at_once());
+        let frames = self.frames.unwrap_or(1).into();
+        let (mut plans, mut shapes) = (String::new(), MeshShapes::at_once().expecting(frames));
+        shapes.set_budget(&self.drawing.budget());
         let mut is_reported = false;
         while let Some(frame) = output.next_frame() {
             match self.draw((&mut renderer, &mut shapes), animation, frame, output, !is_reported) {
@@ -356,6 +357,9 @@ impl Render {
         let mut cheaper = None;
         let mut plan = String::new();
         if let Some(max_error) = self.max_error {
+            // A trace follows the triangles of the whole mesh.
+            let shift = if self.trace.is_some() { 0.0 } else { max_error.shift };
+            let max_error = MaxError { shift, ..max_error };
             let choice = prove(&Budget { scene, options: &options, max_error }, shapes);
             plan.push_str(&choice.to_string());
             let mut changed = scene.clone();

@@ -355,7 +355,7 @@ fn control_commands() -> Vec<BoxedStrategy<Command>> {
         name().prop_map(|name| Command::Draw { name }).boxed(),
         (real(), any::<bool>()).prop_map(|(time, sorted)| Command::DrawScene { time, sorted }).boxed(),
         (name(), rect()).prop_map(|(name, rect)| Command::DrawEye { name, rect }).boxed(),
-        size().prop_map(|e| Command::Quality(Quality::MaxError(e))).boxed(),
+        size().prop_map(|e| Command::Quality(Quality::MaxError(e.into()))).boxed(),
         xy().prop_map(|(x, y)| Command::DepthAt { x, y }).boxed(),
         xy().prop_map(|(x, y)| Command::Pick { x, y }).boxed(),
         name().prop_map(|tag| Command::Sync { tag }).boxed(),

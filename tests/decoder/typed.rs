@@ -97,7 +97,7 @@ fn with_reals(n: &mut dyn FnMut() -> f64) -> Vec<Command> {
             ..Material::default()
         })),
         Command::DrawScene { time: n(), sorted: true },
-        Command::Quality(Quality::MaxError(n())),
+        Command::Quality(Quality::MaxError(n().into())),
     ];
     [figures_with_reals(n), others].concat()
 }
@@ -128,7 +128,7 @@ fn with_sizes(n: &mut dyn FnMut() -> i32) -> Vec<Command> {
         Command::Figure(Figure::FillCircle { cx: -7.0, cy: -8.0, r: real(n), color }),
         Command::Peek { offset: 0, n: n() },
         Command::Light { index: n(), light: Box::new(LightCommand::Off) },
-        Command::Quality(Quality::MaxError(real(n))),
+        Command::Quality(Quality::MaxError(real(n).into())),
         mesh(MeshSource::Box(DVec3::new(real(n), real(n), real(n)))),
         mesh(MeshSource::Sphere(real(n))),
         mesh(MeshSource::Cone(real(n), real(n))),

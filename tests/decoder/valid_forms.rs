@@ -444,7 +444,11 @@ fn drawing_verbs() -> Forms {
         ("DRAWSCENE 1.5 SORTED", Command::DrawScene { time: 1.5, sorted: true }),
         ("DRAWEYE e 1 2 3 4", Command::DrawEye { name: "e".into(), rect: rect(1, 2, 3, 4) }),
         ("QUALITY exact", Command::Quality(Quality::Exact)),
-        ("QUALITY MAX-ERROR 1.5", Command::Quality(Quality::MaxError(1.5))),
+        ("QUALITY MAX-ERROR 1.5", Command::Quality(Quality::MaxError(1.5.into()))),
+        (
+            "QUALITY max-error 4 0.5",
+            Command::Quality(Quality::MaxError(fbptr::scene::MaxError { steps: 4.0, shift: 0.5 })),
+        ),
         ("DEPTHAT 1 2", Command::DepthAt { x: 1, y: 2 }),
         ("PICK 1 2", Command::Pick { x: 1, y: 2 }),
         ("SYNC t-1", Command::Sync { tag: "t-1".into() }),

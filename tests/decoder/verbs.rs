@@ -203,6 +203,8 @@ const BAD: &[(&str, &str, &str)] = &[
     ("QUALITY exact 1", "EARGS", "1"),
     ("QUALITY max-error", "EARGS", "max-error"),
     ("QUALITY max-error -1", "ERANGE", "-1"),
+    ("QUALITY max-error 1 -1", "ERANGE", "-1"),
+    ("QUALITY max-error 1 2 3", "EARGS", "3"),
     ("QUALITY max-error x", "ENUM", "x"),
     ("DEPTHAT 1", "EARGS", "1"),
     ("DEPTHAT 1 x", "ENUM", "x"),

@@ -72,7 +72,7 @@ fn outcome(case: &Case, truth: &TruthPicture, exact_depth: &[u32], choice: Choic
         }
     }
     errors.sort_unstable();
-    Outcome { max_error: choice.max_error, choice, errors }
+    Outcome { max_error: choice.max_error.steps, choice, errors }
 }
 
 fn words(depth: &Option<DepthMemory>, case: &Case) -> Vec<u32> {
@@ -83,7 +83,10 @@ fn words(depth: &Option<DepthMemory>, case: &Case) -> Vec<u32> {
 /// Returns the choice for a case whose meshes were drawn before.
 fn choice(case: &Case, max_error: f64) -> Choice {
     let options = options(case);
-    prove(&Budget { scene: &case.scene, options: &options, max_error }, &mut MeshShapes::at_once())
+    prove(
+        &Budget { scene: &case.scene, options: &options, max_error: max_error.into() },
+        &mut MeshShapes::at_once(),
+    )
 }
 
 /// Draws a case with the settings that are chosen for each E.

@@ -6,6 +6,7 @@ mod budget;
 mod clipping_2d;
 mod clusters;
 mod coarse;
+mod detail;
 mod far;
 mod fast_forms;
 mod fast_path;

@@ -4,7 +4,7 @@
 use super::codec::Codec;
 pub use super::table::{Command, Figure};
 pub use fbptr_core::draw2d::{AreaColors, RampColor, RealRect, Rect};
-use fbptr_core::scene::{Attenuation, Projection};
+use fbptr_core::scene::{Attenuation, MaxError, Projection};
 use glam::DVec3;
 
 /// Source of the mesh that `MESH` defines.
@@ -83,9 +83,9 @@ pub type Shears = [f64; 6];
 pub enum Quality {
     /// The exact pipeline.
     Exact,
-    /// The cheapest settings whose 99.9th percentile of colour error stays within this many 1/255
-    /// steps.
-    MaxError(f64),
+    /// The cheapest settings whose 99.9th percentile of colour error stays within so many 1/255
+    /// steps; with a shift, of the colours within so many pixels.
+    MaxError(MaxError),
 }
 
 /// Destination of `SNAP`.

@@ -252,7 +252,7 @@ ThreeD Text Command {
         "draws an N-dimensional scene into a rectangle" eg "DRAWEYE world 0 0 64 48";
     QUALITY Quality(quality: Quality) = fn set_quality: [
         "QUALITY exact": "draws exactly",
-        "QUALITY max-error e": "draws more cheaply where that stays within e steps of colour",
+        "QUALITY max-error e [shift]": "draws more cheaply within e steps of colour and a shift in pixels",
     ] eg "QUALITY max-error 2";
 }
 

@@ -42,10 +42,22 @@ pub(super) struct EngineFrame {
     names_held: Reservation,
 }
 
+/// Name of an object, and if a level of detail of its mesh was drawn, the triangle of the mesh that
+/// each of the level's is left from.
+#[derive(Debug)]
+struct IdName {
+    name: Arc<str>,
+    origins: Option<Origins>,
+}
+
+/// Triangle of a mesh for each triangle of one of its levels.
+pub(crate) type Origins = Arc<[u32]>;
+
 /// Names of the objects whose numbers are in the pick buffer.
 #[derive(Debug, Default)]
 struct IdNames {
-    names: Vec<Arc<str>>,
+    names: Vec<IdName>,
+    /// Numbers of whole meshes.
     numbers: HashMap<Arc<str>, u32>,
     /// Bytes of memory that they take.
     bytes: u64,
@@ -209,7 +221,12 @@ impl EngineFrame {
     /// Returns the name and the triangle of the face seen at a pixel, if there is one.
     pub fn face_at(&self, x: i32, y: i32) -> Option<(&str, u32)> {
         let (number, triangle) = self.ids.as_ref()?.get(x, y)?;
-        Some((self.names.names.get(number as usize)?, triangle))
+        let IdName { name, origins } = self.names.names.get(number as usize)?;
+        let whole = match origins {
+            Some(origins) => *origins.get(triangle as usize)?,
+            None => triangle,
+        };
+        Some((name, whole))
     }
 
     /// Returns the number of `name` in the pick buffer.
@@ -225,20 +242,42 @@ impl EngineFrame {
         number
     }
 
+    /// Returns the number of a level of detail of `name` in the pick buffer.
+    pub fn id_of_level(&mut self, name: &str, origins: &Origins) -> u32 {
+        if self.names.names.len() >= MAX_ID_NAMES {
+            self.forget_unused_ids();
+        }
+        let number = self.names.level_number(name, origins);
+        self.names_held.set(self.names.bytes);
+        number
+    }
+
     /// Returns the number of the scene's first object in the pick buffer; those of the others
     /// follow it.
     pub fn ids_of(&mut self, scene: &Scene) -> u32 {
+        self.ids_of_levels(scene, &[])
+    }
+
+    /// Returns the number of the scene's first object in the pick buffer; those of the others follow
+    /// it. Objects that are drawn at a level of detail have origins.
+    pub fn ids_of_levels(&mut self, scene: &Scene, origins: &[Option<Origins>]) -> u32 {
         if self.names.names.len() + scene.objects.len() > MAX_ID_NAMES {
             self.forget_unused_ids();
         }
         let names = &mut self.names.names;
         let start = self.names.last_scene as usize;
-        let is_same = |(name, object): (&Arc<str>, &Object)| **name == *object.name;
+        let origins_of = |i: usize| origins.get(i).and_then(Option::as_ref);
+        let is_same = |(i, (known, object)): (usize, (&IdName, &Object))| {
+            *known.name == *object.name && is_same_level(known.origins.as_ref(), origins_of(i))
+        };
         let is_there = names.len() >= start + scene.objects.len()
-            && names[start..].iter().zip(&scene.objects).all(is_same);
+            && names[start..].iter().zip(&scene.objects).enumerate().all(is_same);
         if !is_there {
             self.names.last_scene = names.len() as u32;
-            names.extend(scene.objects.iter().map(|o| Arc::from(o.name.as_str())));
+            names.extend(scene.objects.iter().enumerate().map(|(i, object)| IdName {
+                name: Arc::from(object.name.as_str()),
+                origins: origins_of(i).cloned(),
+            }));
             let bytes: u64 = scene.objects.iter().map(|o| o.name.len() as u64 + NAME_BYTES).sum();
             self.names.bytes += bytes;
             self.names_held.set(self.names.bytes);
@@ -253,14 +292,38 @@ impl EngineFrame {
         let (width, height) = (ids.width() as usize, ids.height() as usize);
         for index in 0..width * height {
             if let Some((number, triangle)) = ids.get((index % width) as i32, (index / width) as i32) {
-                let name = &old.names[number as usize];
-                ids.set(index, self.names.number(name), triangle);
+                let IdName { name, origins } = &old.names[number as usize];
+                let number = match origins {
+                    Some(origins) => self.names.level_number(name, origins),
+                    None => self.names.number(name),
+                };
+                ids.set(index, number, triangle);
             }
         }
     }
 }
 
+/// Returns whether two names mean the same level, or both a whole mesh.
+fn is_same_level(a: Option<&Origins>, b: Option<&Origins>) -> bool {
+    match (a, b) {
+        (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+        (a, b) => a.is_none() && b.is_none(),
+    }
+}
+
 impl IdNames {
+    /// Returns the number of a level of a name; adds it if it is new.
+    fn level_number(&mut self, name: &str, origins: &Origins) -> u32 {
+        let is_same =
+            |known: &IdName| *known.name == *name && is_same_level(known.origins.as_ref(), Some(origins));
+        if let Some(number) = self.names.iter().rposition(is_same) {
+            return number as u32;
+        }
+        self.bytes += name.len() as u64 + NAME_BYTES;
+        self.names.push(IdName { name: name.into(), origins: Some(origins.clone()) });
+        self.names.len() as u32 - 1
+    }
+
     /// Returns the number of a name; adds the name if it is new.
     fn number(&mut self, name: &str) -> u32 {
         if let Some(&number) = self.numbers.get(name) {
@@ -268,7 +331,7 @@ impl IdNames {
         }
         let (name, number): (Arc<str>, _) = (name.into(), self.names.len() as u32);
         self.bytes += name.len() as u64 + NAME_BYTES;
-        self.names.push(name.clone());
+        self.names.push(IdName { name: name.clone(), origins: None });
         self.numbers.insert(name, number);
         number
     }

@@ -16,6 +16,7 @@ use crate::measure::decide::{
     DecideError, Decision, Question, Setting, Subject, USUAL_BUDGETS, USUAL_LIMIT, decide, quality_line,
 };
 use crate::memory::VideoMemory;
+use crate::scene::MaxError;
 use crate::server::Limits;
 use glam::DVec3;
 use std::io::Read;
@@ -27,7 +28,7 @@ pub(super) struct Asked<'a> {
     pub meshes: &'a MeshArgs,
     pub drawing: &'a RenderArgs,
     /// Error budgets of the command line.
-    pub budgets: &'a [f64],
+    pub budgets: &'a [MaxError],
     pub load_dir: Option<&'a Path>,
 }
 
@@ -49,8 +50,12 @@ impl Asked<'_> {
         command: &'q dyn Fn(&Setting) -> Option<String>,
     ) -> Question<'q> {
         let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        let budgets = if self.budgets.is_empty() { USUAL_BUDGETS.into() } else { self.budgets.to_vec() };
-        let limit = self.budgets.iter().copied().reduce(f64::max).unwrap_or(USUAL_LIMIT);
+        let budgets = if self.budgets.is_empty() {
+            USUAL_BUDGETS.map(MaxError::from).into()
+        } else {
+            self.budgets.to_vec()
+        };
+        let limit = self.budgets.iter().map(|most| most.steps).reduce(f64::max).unwrap_or(USUAL_LIMIT);
         Question { name, subject, size, budgets, limit, command }
     }
 
@@ -150,8 +155,8 @@ fn of_play(name: &str, setting: &Setting, line: usize, [w, h]: [u32; 2]) -> Opti
     let (file, end) = (quoted(name), format!("--headless --snap frame.png --size {w}x{h}"));
     match setting {
         Setting::Exact => Some(format!("fbptr play {file} {end}")),
-        Setting::Within(max_error) => {
-            let quality = format!("echo QUALITY max-error {max_error}");
+        Setting::Within(MaxError { steps, shift }) => {
+            let quality = format!("echo QUALITY max-error {steps} {shift}");
             let stream = match line {
                 0 => format!("{quality}; cat {file}"),
                 n => format!("{quality}; tail -n +{} {file}", n + 1),

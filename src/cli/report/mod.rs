@@ -9,6 +9,7 @@ use super::render_args::RenderArgs;
 use super::scene_file::SceneError;
 use super::{Status, output, say_as_program};
 use crate::measure::{Effort, Report, Section, hard, peers_of, run, write};
+use crate::scene::MaxError;
 use clap::Args;
 use decisions::Asked;
 use std::path::{Path, PathBuf};
@@ -32,8 +33,8 @@ pub(super) struct ReportArgs {
     scene: Vec<PathBuf>,
     /// With --scene: an error budget to compare; again for more. The largest is what may be recommended [default: 1, 4 and 16;
     /// 4 may be recommended]
-    #[arg(long, value_name = "E", requires = "scene", value_parser = super::render::not_negative, allow_negative_numbers = true)]
-    max_error: Vec<f64>,
+    #[arg(long, value_name = "E[,S]", requires = "scene", allow_negative_numbers = true)]
+    max_error: Vec<MaxError>,
     /// With --scene: let a stream's LOAD read files from this folder
     #[arg(long, value_name = "DIR", requires = "scene")]
     load_dir: Option<PathBuf>,

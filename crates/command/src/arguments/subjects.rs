@@ -8,7 +8,7 @@ use crate::commands::Quality;
 use crate::encode::{EncodeError, LineWriter};
 use crate::verb::{Arity, ParameterKind};
 use fbptr_core::error::{Code, Fault};
-use fbptr_core::scene::{Filter, Material, Sampling, Wrap};
+use fbptr_core::scene::{Filter, Material, MaxError, Sampling, Wrap};
 use glam::DVec3;
 
 impl Argument for Material {
@@ -95,18 +95,21 @@ impl TextArgument for Sampling {
 impl Argument for Quality {
     type Value = Quality;
     const KIND: ParameterKind = ParameterKind::Words;
-    const WORDS: Arity = Arity::ONE.or(Arity::exactly(2));
+    const WORDS: Arity = Arity::ONE.or(Arity::exactly(2)).or(Arity::exactly(3));
 
     fn check_numbers(quality: &Quality) -> Result<(), Fault> {
         match quality {
-            Quality::MaxError(e) => finite(&[*e]),
+            Quality::MaxError(most) => finite(&[most.steps, most.shift]),
             Quality::Exact => Ok(()),
         }
     }
 
     fn check_sizes(quality: &Quality) -> Result<(), Fault> {
         match quality {
-            Quality::MaxError(e) => from_zero("error", *e),
+            Quality::MaxError(most) => {
+                from_zero("error", most.steps)?;
+                from_zero("shift", most.shift)
+            }
             Quality::Exact => Ok(()),
         }
     }
@@ -114,9 +117,10 @@ impl Argument for Quality {
     fn write(quality: &Quality, line: &mut LineWriter<'_>) -> Result<(), EncodeError> {
         match quality {
             Quality::Exact => line.word("exact"),
-            Quality::MaxError(e) => {
+            Quality::MaxError(MaxError { steps, shift }) => {
                 line.word("max-error");
-                line.reals(&[*e]);
+                let numbers = [*steps, *shift];
+                line.reals(if *shift > 0.0 { &numbers } else { &numbers[..1] });
             }
         }
         Ok(())
@@ -133,8 +137,10 @@ impl TextArgument for Quality {
         if !word.eq_ignore_ascii_case(b"max-error") {
             return args.refuse(Code::Args, "exact or max-error", word);
         }
-        expect_left(args, &[1], "max-error")?;
-        Ok(Quality::MaxError(args.real()?))
+        expect_left(args, &[1, 2], "max-error")?;
+        let steps = args.real()?;
+        let shift = if args.left() > 0 { args.real()? } else { 0.0 };
+        Ok(Quality::MaxError(MaxError { steps, shift }))
     }
 }
 

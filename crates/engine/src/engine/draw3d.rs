@@ -149,6 +149,15 @@ impl Engine {
             self.queues_draw = false;
             return Ok(Progress::Job(frame_job(name, geometry)));
         }
+        let due = self.due_levels(s, [&geometry].into_iter());
+        if !due.is_empty() {
+            self.queues_draw = false;
+            let command = Command::Draw { name: name.clone() };
+            let rest = move |engine: &mut Engine, s: &mut Session| {
+                engine.draw_framed(s, name, found.map(|camera| (geometry, camera)))
+            };
+            return Ok(Progress::Job(self.levels_job(due, command, rest)));
+        }
         let has_textures = self.rendering.view_overrides.textures == TextureUse::AsGiven;
         if !has_textures && geometry.textures.iter().any(Option::is_some) {
             geometry = Arc::new(geometry.without_textures());
@@ -224,7 +233,17 @@ impl Engine {
                 request.build()
             }
         };
-        let options = SceneOptions {
+        let due = self.due_levels(s, scene.objects.iter().map(|object| &object.geometry));
+        if !due.is_empty() {
+            self.queues_draw = false;
+            let rest = move |engine: &mut Engine, s: &mut Session| {
+                // Reserved anew by the command.
+                drop(held);
+                engine.draw_made_scene(s, time, sorted, Some(Box::new(scene)))
+            };
+            return Ok(Progress::Job(self.levels_job(due, Command::DrawScene { time, sorted }, rest)));
+        }
+        let mut options = SceneOptions {
             viewport,
             camera: s.camera,
             shade: s.shade,
@@ -234,7 +253,7 @@ impl Engine {
             first_name: self.framebuffer.ids_of(&scene),
             ..SceneOptions::new(width, height)
         };
-        self.cheapen_scene(s, &mut scene, &options);
+        self.cheapen_scene(s, &mut scene, &mut options);
         self.run_drawing(s, Drawing::Scene(Box::new(SceneDraw { scene, options, time, sorted, _held: held })))
     }
 

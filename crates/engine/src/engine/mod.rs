@@ -232,11 +232,13 @@ impl Engine {
         let quotas = Quotas::new(limits);
         let mut renderer = Renderer::default();
         renderer.set_budget(&quotas.budget);
+        let mut shapes = MeshShapes::default();
+        shapes.set_budget(&quotas.budget);
         Ok(Engine {
             framebuffer: EngineFrame::new(width, height, &quotas.budget, MemoryUse::Frame)?,
             rendering: Rendering {
                 renderer,
-                shapes: MeshShapes::default(),
+                shapes,
                 view_overrides: ViewOverrides::default(),
                 eye_turns: Arc::default(),
                 draw_thread: None,
@@ -300,6 +302,7 @@ impl Engine {
     /// Frees buffers that only serve speed, and tables of meshes that are gone.
     fn free_caches(&mut self) {
         self.rendering.renderer.release();
+        self.rendering.shapes.forget_gone();
         self.quotas.payload_pool.clear();
     }
 

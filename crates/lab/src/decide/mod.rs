@@ -27,7 +27,7 @@ use super::report::Section;
 use fbptr_core::eye::EyeScene;
 use fbptr_core::pipeline::quality::MeshShapes;
 use fbptr_core::pipeline::{DepthUse, Renderer, SceneOptions};
-use fbptr_core::scene::{Scene, ShadeMode, TransparencyOrder};
+use fbptr_core::scene::{MaxError, Scene, ShadeMode, TransparencyOrder};
 use fbptr_formats::load::SandboxDir;
 use fbptr_truth::scenes::Case;
 use fbptr_truth::{Settings, Transparency};
@@ -97,7 +97,7 @@ pub struct Question<'a> {
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// Error budgets to compare, in 1/255 steps.
-    pub budgets: Vec<f64>,
+    pub budgets: Vec<MaxError>,
     /// Largest 99.9th percentile of the error that a recommended setting has.
     pub limit: f64,
     /// Returns the command line that draws with a setting, if there is one.
@@ -168,7 +168,7 @@ pub(super) fn made(effort: &Effort) -> Vec<Decision> {
             name: case.name.clone(),
             subject: Subject::Stream { bytes: &[], load_dir: None },
             size: [case.width, case.height],
-            budgets: USUAL_BUDGETS.into(),
+            budgets: USUAL_BUDGETS.map(MaxError::from).into(),
             limit: USUAL_LIMIT,
             command: &|_| None,
         };
@@ -186,8 +186,9 @@ struct Prepared {
 }
 
 /// Prepares the settings of a case; those that do the same work as an earlier one apart.
-fn prepare(case: &Case, budgets: &[f64]) -> (Vec<Prepared>, Vec<SameWork>) {
-    let mut shapes = MeshShapes::at_once();
+fn prepare(case: &Case, budgets: &[MaxError]) -> (Vec<Prepared>, Vec<SameWork>) {
+    // Times are those of many frames: levels of detail are made at once.
+    let mut shapes = MeshShapes::at_once().expecting(1024);
     let options = scene_options(case).unwrap_or(SceneOptions::new(case.width, case.height));
     let options = SceneOptions { depth_use: DepthUse::SceneOnly, ..options };
     let (mut all, mut same) = (Vec::<Prepared>::new(), Vec::new());
@@ -268,9 +269,9 @@ fn bounds(setting: &Setting, limit: f64) -> Vec<Bound> {
             let because = "the limit of textured colours, 2, or of others, 1, by the specification";
             vec![at_most(LARGEST, limit, because), coverage]
         }
-        Setting::Within(max_error) => {
+        Setting::Within(most) if setting.is_promised() => {
             let because = "the budget's promise, or the limit of exact pictures, if that is more";
-            vec![at_most(PERCENTILE, max_error.max(limit), because), coverage]
+            vec![at_most(PERCENTILE, most.steps.max(limit), because), coverage]
         }
         _ => Vec::new(),
     }

@@ -6,7 +6,7 @@
 
 use fbptr_core::pipeline::SceneOptions;
 use fbptr_core::pipeline::quality::{Budget, MeshShapes, prove};
-use fbptr_core::scene::{Filter, Interpolation, Sampling, Scene, ShadeMode};
+use fbptr_core::scene::{Filter, Interpolation, MaxError, Sampling, Scene, ShadeMode};
 use std::sync::Arc;
 
 /// A way to draw a picture.
@@ -14,8 +14,8 @@ use std::sync::Arc;
 pub enum Setting {
     /// As the file asks.
     Exact,
-    /// Within an error budget: E, in 1/255 steps.
-    Within(f64),
+    /// Within an error budget.
+    Within(MaxError),
     /// With another shading of objects that ask for none.
     Shade(ShadeMode),
     /// With another filter of all textures.
@@ -39,9 +39,14 @@ impl Setting {
         }
     }
 
-    /// Returns whether its error is promised for every camera, not only measured for this one.
+    /// Returns whether its error at each pixel is promised for every camera, not only measured for this
+    /// one. A shift promises a colour from near the pixel, which is not compared here.
     pub fn is_promised(&self) -> bool {
-        matches!(self, Setting::Exact | Setting::Within(_))
+        match self {
+            Setting::Exact => true,
+            Setting::Within(most) => most.shift == 0.0,
+            _ => false,
+        }
     }
 
     /// Changes a scene and its options to this setting.
@@ -63,7 +68,7 @@ impl Setting {
 }
 
 /// Returns the settings of a scene in three dimensions.
-pub(super) fn of_scene(scene: &Scene, budgets: &[f64]) -> Vec<Setting> {
+pub(super) fn of_scene(scene: &Scene, budgets: &[MaxError]) -> Vec<Setting> {
     let mut settings = vec![Setting::Exact];
     settings.extend(budgets.iter().map(|e| Setting::Within(*e)));
     settings.extend([ShadeMode::Gouraud, ShadeMode::Flat].map(Setting::Shade));
@@ -75,7 +80,7 @@ pub(super) fn of_scene(scene: &Scene, budgets: &[f64]) -> Vec<Setting> {
 }
 
 /// Returns the settings of a stream.
-pub(super) fn of_stream(budgets: &[f64]) -> Vec<Setting> {
+pub(super) fn of_stream(budgets: &[MaxError]) -> Vec<Setting> {
     let mut settings = vec![Setting::Exact];
     settings.extend(budgets.iter().map(|e| Setting::Within(*e)));
     settings

@@ -17,6 +17,7 @@ use fbptr_command::{
 };
 use fbptr_core::memory::Rgba;
 use fbptr_core::pipeline::{RenderOptions, RenderPath, Renderer};
+use fbptr_core::scene::MaxError;
 use fbptr_formats::load::SandboxDir;
 use fbptr_server::{Budget, Engine, Limits, Notice, Output, Playback, RECORD_MAGIC, StreamState};
 
@@ -75,11 +76,11 @@ pub fn quality_line(stream: &[u8]) -> usize {
 
 /// Returns the stream with a budget.
 fn within(stream: &[u8], setting: &Setting) -> Vec<u8> {
-    let Setting::Within(max_error) = setting else { return stream.to_vec() };
+    let Setting::Within(MaxError { steps, shift }) = setting else { return stream.to_vec() };
     let lines = quality_line(stream);
     let at: usize = stream.split_inclusive(|&b| b == b'\n').take(lines).map(<[u8]>::len).sum();
     let (head, tail) = stream.split_at(at);
-    [head, format!("QUALITY max-error {max_error}\n").as_bytes(), tail].concat()
+    [head, format!("QUALITY max-error {steps} {shift}\n").as_bytes(), tail].concat()
 }
 
 /// Plays a stream to its end. Returns its last frame, and the number of frames that it presents.
@@ -162,7 +163,7 @@ pub(super) fn decide(
     if is_recording {
         notes.push("A recording keeps what its connections asked for: no budget is compared.".into());
     }
-    let budgets: &[f64] = if is_recording { &[] } else { &question.budgets };
+    let budgets: &[MaxError] = if is_recording { &[] } else { &question.budgets };
     let (mut ways, mut same_work) = (Vec::new(), Vec::new());
     for setting in settings::of_stream(budgets) {
         match overview.has_faces || setting == Setting::Exact {

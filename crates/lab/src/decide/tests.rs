@@ -19,7 +19,7 @@ fn ball() -> Scene {
     Scene { camera: Some(Camera::default()), lights: vec![light], objects: vec![ball], ..Scene::default() }
 }
 
-fn question(scene: Scene, budgets: &[f64]) -> Question<'static> {
+fn question(scene: Scene, budgets: &[MaxError]) -> Question<'static> {
     let (shade, order) = (ShadeMode::Phong, TransparencyOrder::default());
     Question {
         name: "picture".into(),
@@ -31,7 +31,7 @@ fn question(scene: Scene, budgets: &[f64]) -> Question<'static> {
     }
 }
 
-fn decided(scene: Scene, budgets: &[f64]) -> Decision {
+fn decided(scene: Scene, budgets: &[MaxError]) -> Decision {
     decide(&Effort::QUICK.untimed(), question(scene, budgets)).unwrap()
 }
 
@@ -112,7 +112,7 @@ fn missing_pixels_count_as_coverage_and_as_errors() {
 fn what_does_the_same_work_as_exact_is_named_and_not_drawn() {
     let mut scene = ball();
     scene.objects[0].shade = Some(ShadeMode::Flat);
-    let decision = decided(scene, &[0.5, 4.0]);
+    let decision = decided(scene, &[0.5, 4.0].map(MaxError::from));
     let rows: Vec<&str> = decision.rows().iter().map(|r| r.alternative.as_str()).collect();
     assert_eq!(rows, ["exact"]);
     let same: Vec<(&str, &str)> =
@@ -123,8 +123,9 @@ fn what_does_the_same_work_as_exact_is_named_and_not_drawn() {
     let mut scene = ball();
     let dim = || Light::directional(DVec3::NEG_Z, DVec3::splat(1e-4));
     scene.lights.extend((0..6).map(|_| dim()));
-    let (ways, same) = prepare(&Case { width: 640, height: 480, ..case(&scene) }, &[0.5, 4.0]);
-    assert!(ways.iter().any(|way| way.setting == Setting::Within(4.0)));
+    let (ways, same) =
+        prepare(&Case { width: 640, height: 480, ..case(&scene) }, &[0.5, 4.0].map(MaxError::from));
+    assert!(ways.iter().any(|way| way.setting == Setting::Within(MaxError::from(4.0))));
     assert_eq!(same, [SameWork { setting: "max-error 0.5".into(), of: "exact".into() }]);
 }
 
@@ -162,15 +163,18 @@ fn the_front_and_the_recommendation_rest_on_figures() {
     let exact = (Setting::Exact, [1.0, 0.0, 1.0]);
     let rows = [
         exact,
-        (Setting::Within(1.0), [1.0, 0.0, 0.99]),
-        (Setting::Within(4.0), [3.0, 0.0, 0.72]),
+        (Setting::Within(MaxError::from(1.0)), [1.0, 0.0, 0.99]),
+        (Setting::Within(MaxError::from(4.0)), [3.0, 0.0, 0.72]),
         (gouraud, [3.0, 0.0, 0.70]),
         (flat, [40.0, 0.0, 0.5]),
         (Setting::Affine, [2.0, 7.0, 0.4]),
     ];
     let decision = given(&rows);
     // A promise goes before what is measured and hardly faster; pixels may not be missing.
-    assert_eq!(decision.recommended().map(|i| decision.settings[i]), Some(Setting::Within(4.0)));
+    assert_eq!(
+        decision.recommended().map(|i| decision.settings[i]),
+        Some(Setting::Within(MaxError::from(4.0)))
+    );
     let sentence = decision.recommendation().unwrap();
     assert!(
         sentence.contains("1.39 times as fast") && sentence.ends_with("`draw max-error 4`"),
@@ -212,7 +216,7 @@ fn a_streams_budget_comes_after_its_size() {
     let subject = || Subject::Stream { bytes: picture.as_bytes(), load_dir: None };
     let decision = decide(
         &Effort::QUICK.untimed(),
-        Question { subject: subject(), ..question(Scene::default(), &[4.0]) },
+        Question { subject: subject(), ..question(Scene::default(), &[MaxError::from(4.0)]) },
     );
     let decision = decision.unwrap();
     assert_eq!((decision.rows().len(), decision.rows()[0].errors[COVERAGE]), (1, 0.0));

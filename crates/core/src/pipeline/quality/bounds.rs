@@ -112,11 +112,11 @@ impl MeshAngles {
 /// A draw whose shading may be bounded: its mesh's shape in the world.
 pub(super) struct ShadedObject<'c> {
     call: &'c DrawCall<'c>,
-    mesh_box: MeshBox,
+    pub(super) mesh_box: MeshBox,
     angles: Option<MeshAngles>,
     /// Factor from object to world lengths.
-    scale: f64,
-    materials: Vec<&'c Material>,
+    pub(super) scale: f64,
+    pub(super) materials: Vec<&'c Material>,
 }
 
 impl<'c> ShadedObject<'c> {
@@ -211,15 +211,21 @@ impl<'c> ShadedObject<'c> {
     fn turn_of(&self, angles: MeshAngles, light: &Light) -> Option<f64> {
         match light.kind {
             LightKind::Directional { .. } => Some(0.0),
-            LightKind::Point { position, attenuation, radius }
-                if attenuation == Attenuation::NONE
-                    && radius == f64::INFINITY
-                    && light.ambient == DVec3::ZERO =>
-            {
+            LightKind::Point { position, .. } if Self::has_equal_strength(light) => {
                 let distance = self.distance(position)?;
                 (distance > 0.0).then(|| angles.extent * self.scale / distance)
             }
             _ => None,
+        }
+    }
+
+    /// Returns whether a point light is equally strong at every place.
+    pub(super) fn has_equal_strength(light: &Light) -> bool {
+        match light.kind {
+            LightKind::Point { attenuation, radius, .. } => {
+                attenuation == Attenuation::NONE && radius == f64::INFINITY && light.ambient == DVec3::ZERO
+            }
+            _ => false,
         }
     }
 
@@ -255,6 +261,12 @@ impl<'c> ShadedObject<'c> {
             |m: &&Material| (m.ka * light.ambient.abs() + (m.kd + m.ks) * light.color.abs()).max_element();
         self.materials.iter().map(of).fold(0.0, f64::max)
     }
+}
+
+/// Returns the indices of the lights that reach a draw.
+pub(super) fn light_indices<'a>(call: &DrawCall<'a>) -> impl Iterator<Item = u32> + use<'a> {
+    let all = if call.light_subset.is_none() { call.lights.len() as u32 } else { 0 };
+    (0..all).chain(call.light_subset.unwrap_or_default().iter().copied())
 }
 
 /// Returns the factor by which a matrix scales lengths, if it keeps all angles.

@@ -1,16 +1,22 @@
 //! The chosen quality settings, their grounds, and their text.
 
-use super::{Budget, QualitySettings, settings};
-use crate::scene::Scene;
+use super::{Budget, Detail, QualitySettings, settings};
+use crate::scene::{MaxError, Scene};
 use std::fmt;
+
+/// Largest number of different levels and reasons that are named.
+const MOST_DETAILS: usize = 8;
 
 /// The chosen settings, and the grounds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
-    /// E, in 1/255 steps.
-    pub max_error: f64,
+    /// The allowed error.
+    pub max_error: MaxError,
     /// Settings of each object.
     pub settings: Vec<QualitySettings>,
+    /// Levels of detail of meshes of many faces, or the reasons why there are none; each once, with
+    /// the number of objects.
+    pub details: Vec<(Detail, usize)>,
     /// Largest proven bound of an object's error, in 1/255 steps, rounding included; 0 where all
     /// is exact.
     pub proven: f64,
@@ -30,6 +36,7 @@ impl Choice {
         Choice {
             max_error: budget.max_error,
             settings: vec![QualitySettings::default(); budget.scene.objects.len()],
+            details: Vec::new(),
             proven: 0.0,
             costs: [0.0; 2],
             unknown: 0,
@@ -43,6 +50,15 @@ impl Choice {
         self.settings.iter().all(|s| *s == QualitySettings::default())
     }
 
+    /// Adds what was decided for the faces of an object.
+    pub(super) fn note_detail(&mut self, detail: Detail) {
+        match self.details.iter().position(|(known, _)| *known == detail) {
+            Some(at) => self.details[at].1 += 1,
+            None if self.details.len() < MOST_DETAILS => self.details.push((detail, 1)),
+            None => {}
+        }
+    }
+
     /// Applies the choice to a scene.
     pub fn apply(&self, scene: &mut Scene) {
         scene.objects.iter_mut().zip(&self.settings).for_each(|(object, own)| own.apply(object));
@@ -51,12 +67,21 @@ impl Choice {
 
 impl fmt::Display for Choice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "budget: at most {} steps of 255 for 999 of 1000 pixels drawn on", self.max_error)?;
+        let MaxError { steps, shift } = self.max_error;
+        write!(f, "budget: at most {steps} steps of 255 for 999 of 1000 pixels drawn on")?;
+        match shift > 0.0 {
+            true => writeln!(f, ", each within {shift} pixels")?,
+            false => writeln!(f)?,
+        }
         for (own, objects) in settings::grouped(&self.settings) {
             writeln!(f, "  chosen     {own} for {objects} objects")?;
         }
+        for (detail, objects) in &self.details {
+            writeln!(f, "  detail     {detail}, for {objects} objects")?;
+        }
         if self.proven > 0.0 {
-            writeln!(f, "  proven     at most {:.2} steps for any camera", self.proven)?;
+            let view = if self.settings.iter().any(|s| s.level.is_some()) { "this" } else { "any" };
+            writeln!(f, "  proven     at most {:.2} steps for {view} camera", self.proven)?;
         }
         let [exact, chosen] = self.costs;
         if exact > 0.0 {

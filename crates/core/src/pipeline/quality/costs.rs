@@ -116,6 +116,11 @@ impl<'a> ObjectCosts<'a> {
         Cost { pixels: self.faces * FACE + self.pixels * (PIXEL + at_pixel + self.texture), tables }
     }
 
+    /// Returns the cost of so many faces without light.
+    pub fn faces_cost(&self, faces: usize) -> f64 {
+        FACE * faces as f64
+    }
+
     /// Returns whether choosing among so many lights is cheap beside drawing the object exactly.
     pub fn choice_is_cheap(&self, exact: f64, lights: usize) -> bool {
         CHOICE + CHOICE_LIGHT * lights as f64 <= CHOICE_PART * exact

@@ -4,7 +4,9 @@
 //! 1/255 steps over the pixels that are drawn on. Out: a [`Choice`] for the scene, or
 //! [`QualitySettings`] for the draw: the shading mode of every object, and its lights. Coverage and
 //! depth are not changed. What is chosen is proven (`bounds`) from the angles between a mesh's
-//! normals and from the lights, for any camera; nothing is drawn to find out.
+//! normals and from the lights, for any camera; nothing is drawn to find out. With a shift S above 0
+//! also a level of detail (`levels`), for the camera of the draw (`detail`): then coverage and depth
+//! may differ as far as points move.
 //!
 //! Exact settings are always a candidate, and win unless the calibration table (`costs`) says that
 //! others are plainly cheaper. A mesh is measured once ([`MeshShapes`]), and only where that costs
@@ -14,12 +16,16 @@
 mod bounds;
 mod choice;
 mod costs;
+mod detail;
+mod levels;
 mod proof;
 mod settings;
 mod shapes;
 
 pub use bounds::{MeshAngles, MeshBox};
 pub use choice::Choice;
+pub use detail::{Detail, WholeReason};
+pub use levels::{Change, Level, build_bytes, make_levels};
 pub use proof::prove;
 #[doc(hidden)]
 pub use proof::settings_of;
@@ -27,7 +33,7 @@ pub use settings::QualitySettings;
 pub use shapes::MeshShapes;
 
 use super::draw_call::{DrawCall, SceneOptions};
-use crate::scene::{HiddenSurface, Scene};
+use crate::scene::{HiddenSurface, MaxError, Scene};
 
 /// Input of a choice: the scene, how it is drawn, and the allowed error.
 #[derive(Clone, Copy, Debug)]
@@ -36,8 +42,8 @@ pub struct Budget<'a> {
     pub scene: &'a Scene,
     /// Options of the exact drawing.
     pub options: &'a SceneOptions,
-    /// E, the allowed error in 1/255 steps.
-    pub max_error: f64,
+    /// The allowed error: E in 1/255 steps, and S in pixels.
+    pub max_error: MaxError,
 }
 
 impl Budget<'_> {
@@ -46,7 +52,7 @@ impl Budget<'_> {
         if self.scene.objects.is_empty() {
             return Some("there are no objects");
         }
-        exact_reason(self.options.hide, self.max_error)
+        exact_reason(self.options.hide, self.max_error.steps)
     }
 }
 

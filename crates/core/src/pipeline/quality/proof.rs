@@ -1,12 +1,14 @@
 //! For each draw the cheapest settings whose proven bound is within E.
 
-use super::bounds::ShadedObject;
+use super::bounds::{MeshBox, ShadedObject, light_indices};
 use super::costs::{ObjectCosts, covered_pixels};
+use super::detail::{self, Detail, WholeReason};
+use super::levels::may_have_levels;
 use super::settings::QualitySettings;
 use super::{Budget, Choice, MeshShapes, exact_reason, steps_of_rounding};
 use crate::pipeline::draw_call::DrawCall;
 use crate::pipeline::ndc_box::{ClipTransform, NdcBox};
-use crate::scene::ShadeMode;
+use crate::scene::{MaxError, ShadeMode};
 use std::iter;
 
 /// Part of the pixels' saving that lighting vertices or faces may cost at most: an estimate of the
@@ -32,6 +34,7 @@ pub fn prove(budget: &Budget, shapes: &mut MeshShapes) -> Choice {
             continue;
         };
         choice.unmeasured += usize::from(chosen.is_unmeasured);
+        chosen.detail.into_iter().for_each(|detail| choice.note_detail(detail));
         choice.costs = choice.costs.map(|cost| cost + chosen.exact);
         if let Some(found) = chosen.found {
             choice.costs[1] += found.cost - chosen.exact;
@@ -50,10 +53,10 @@ pub fn prove(budget: &Budget, shapes: &mut MeshShapes) -> Choice {
 #[doc(hidden)]
 pub fn settings_of(
     call: &DrawCall,
-    max_error: f64,
+    max_error: MaxError,
     shapes: &mut MeshShapes,
 ) -> (QualitySettings, Option<NdcBox>) {
-    if exact_reason(call.hide, max_error).is_some() {
+    if exact_reason(call.hide, max_error.steps).is_some() {
         return Default::default();
     }
     let to_clip = shapes.clip_transform(call);
@@ -71,6 +74,8 @@ struct Chosen {
     found: Option<Proven>,
     /// True if measuring the mesh would cost more than two exact frames.
     is_unmeasured: bool,
+    /// The level of detail, or why there is none, if the draw has many faces and may shift.
+    detail: Option<Detail>,
     /// Rectangle around the mesh on the screen; `None` if it reaches the eye.
     ndc_box: Option<NdcBox>,
 }
@@ -79,17 +84,26 @@ struct Chosen {
 /// the transform from the world to clip space.
 fn choose(
     call: &DrawCall,
-    max_error: f64,
+    max_error: MaxError,
     to_clip: ClipTransform,
     shapes: &mut MeshShapes,
 ) -> Option<Chosen> {
     let geometry = call.shared?;
     let mesh_box = shapes.box_of(geometry)?;
     let area = f64::from(call.viewport.width) * f64::from(call.viewport.height);
-    let ndc_box = NdcBox::of(mesh_box.bounds, &to_clip.after(&call.model));
+    let from_object = to_clip.after(&call.model);
+    let ndc_box = NdcBox::of(mesh_box.bounds, &from_object);
     let costs = ObjectCosts::of(call, covered_pixels(ndc_box, area));
     let exact = costs.drawing(call.shade, light_indices(call)).sum();
-    let mut chosen = Chosen { exact, found: None, is_unmeasured: false, ndc_box };
+    let mut chosen = Chosen { exact, found: None, is_unmeasured: false, detail: None, ndc_box };
+    if max_error.shift > 0.0 && may_have_levels(&geometry.mesh) {
+        let detail = detail_of(call, max_error, mesh_box, &from_object, shapes);
+        chosen.found = with_level(call, max_error, mesh_box, &costs, &detail);
+        chosen.detail = Some(detail);
+        if chosen.found.is_some() {
+            return Some(chosen);
+        }
+    }
     let may_pay = costs.drawing(call.shade, iter::empty()).sum() <= (1.0 - LEAST_SAVING) * exact;
     if !may_pay || !costs.choice_is_cheap(exact, light_indices(call).count()) {
         return Some(chosen);
@@ -98,15 +112,54 @@ fn choose(
     let may_measure = is_phong && costs.measuring_is_cheap(exact);
     chosen.is_unmeasured = is_phong && !may_measure;
     let angles = if may_measure { shapes.angles_of(geometry) } else { None };
-    chosen.found = ShadedObject::of(call, mesh_box, angles)
-        .and_then(|shaded| cheapest(&shaded, &light_indices(call).collect::<Vec<_>>(), max_error, &costs));
+    chosen.found = ShadedObject::of(call, mesh_box, angles).and_then(|shaded| {
+        cheapest(&shaded, &light_indices(call).collect::<Vec<_>>(), max_error.steps, &costs)
+    });
     Some(chosen)
 }
 
-/// Returns the indices of the lights that reach a draw.
-fn light_indices<'a>(call: &DrawCall<'a>) -> impl Iterator<Item = u32> + use<'a> {
-    let all = if call.light_subset.is_none() { call.lights.len() as u32 } else { 0 };
-    (0..all).chain(call.light_subset.unwrap_or_default().iter().copied())
+/// Returns the level of detail of a draw, or the reason why all faces are drawn.
+fn detail_of(
+    call: &DrawCall,
+    max_error: MaxError,
+    mesh_box: MeshBox,
+    to_clip: &ClipTransform,
+    shapes: &mut MeshShapes,
+) -> Detail {
+    let whole = match (detail::unproven(call), call.shared) {
+        (Some(why), _) => WholeReason::Unproven(why),
+        (None, None) => WholeReason::NoLevels,
+        (None, Some(geometry)) => match shapes.levels_of(geometry) {
+            Ok(levels) => return detail::choose(call, mesh_box, to_clip, levels, &max_error),
+            Err(why) => why,
+        },
+    };
+    Detail::Whole(whole)
+}
+
+/// Returns the settings of a draw at a level of detail, without the lights that add too little; none
+/// if all faces are drawn.
+fn with_level(
+    call: &DrawCall,
+    max_error: MaxError,
+    mesh_box: MeshBox,
+    costs: &ObjectCosts,
+    detail: &Detail,
+) -> Option<Proven> {
+    let Detail::Level { level, faces, steps, .. } = detail else { return None };
+    let lights: Vec<u32> = light_indices(call).collect();
+    let left = level.geometry.mesh.triangles.len();
+    let mut proven = ShadedObject::of(call, mesh_box, None)
+        .and_then(|shaded| cheapest(&shaded, &lights, max_error.steps - 1.0 - steps, costs))
+        .unwrap_or(Proven {
+            settings: QualitySettings::default(),
+            bound: steps_of_rounding(call),
+            cost: costs.drawing(call.shade, lights.iter().copied()).sum(),
+        });
+    proven.bound += 1.0 + steps;
+    proven.cost -= costs.faces_cost(faces - left);
+    proven.settings.level = Some(level.clone());
+    Some(proven)
 }
 
 /// Settings with their bound in steps, and their cost.
@@ -153,6 +206,7 @@ fn cheapest(shaded: &ShadedObject, lights: &[u32], max_error: f64, costs: &Objec
             let settings = QualitySettings {
                 shade: (shade != own).then_some(shade),
                 lights: (!dark.is_empty()).then_some(kept),
+                level: None,
             };
             best = Some(Proven { settings, bound: total(delta), cost: cost.sum() });
         }

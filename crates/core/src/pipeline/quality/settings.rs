@@ -1,5 +1,6 @@
 //! Quality settings of an object: deviations from drawing it exactly.
 
+use super::levels::Level;
 use crate::scene::{Object, ShadeMode};
 use std::fmt;
 
@@ -10,6 +11,8 @@ pub struct QualitySettings {
     pub shade: Option<ShadeMode>,
     /// Indices of the lights that reach the object.
     pub lights: Option<Vec<u32>>,
+    /// Level of detail of the mesh.
+    pub level: Option<Level>,
 }
 
 impl QualitySettings {
@@ -18,6 +21,9 @@ impl QualitySettings {
         object.shade = self.shade.or(object.shade);
         if let Some(lights) = &self.lights {
             object.lights = Some(lights.clone());
+        }
+        if let Some(level) = &self.level {
+            object.geometry = level.geometry.clone();
         }
     }
 }
@@ -29,7 +35,8 @@ impl fmt::Display for QualitySettings {
             1 => "1 light".to_owned(),
             n => format!("{n} lights"),
         });
-        let parts: Vec<String> = [shade, lights].into_iter().flatten().collect();
+        let level = self.level.as_ref().map(|l| format!("{} faces", l.geometry.mesh.triangles.len()));
+        let parts: Vec<String> = [shade, lights, level].into_iter().flatten().collect();
         if parts.is_empty() { f.write_str("exact") } else { f.write_str(&parts.join(", ")) }
     }
 }

@@ -1,11 +1,16 @@
 //! Facts about the meshes that a stream draws, each measured once.
 //!
 //! In: the meshes of one draw after the other. Out: their boxes, and the angles between their
-//! normals, each measured once. A stream's mesh is measured the second time that it is seen, so that
+//! normals, each measured once; and their levels of detail, which are made when so many draws might
+//! have used them that these pay for it. A stream's mesh is measured the second time that it is seen, so that
 //! meshes made for one frame cost nothing. Meshes are compared by identity, and are not kept alive.
 //! The order of the draws alone decides which meshes are forgotten.
 
+use super::detail::WholeReason;
+use super::levels::{Level, build_bytes, make_levels};
 use super::{MeshAngles, MeshBox};
+use crate::cancel::NEVER;
+use crate::memory::{MemoryBudget, MemoryUse, Reservation};
 use crate::pipeline::draw_call::DrawCall;
 use crate::pipeline::ndc_box::ClipTransform;
 use crate::scene::{Camera, Geometry};
@@ -15,7 +20,11 @@ use std::sync::{Arc, Weak};
 /// Number of meshes after which those are forgotten that were not seen since as many before.
 const KEPT: usize = 1024;
 
-/// Boxes and angles of the most recent meshes.
+/// Draws that pay for the levels of a mesh: making them takes some 4.3 microseconds a face
+/// (docs/report.md), and drawing a face that levels leave out 7 nanoseconds.
+const DRAWS_FOR_LEVELS: u64 = 512;
+
+/// Boxes, angles and levels of the most recent meshes.
 #[derive(Debug, Default)]
 pub struct MeshShapes {
     /// By address, which is not used again while there is a `Weak` of it.
@@ -25,6 +34,10 @@ pub struct MeshShapes {
     last_box: Option<(usize, MeshBox)>,
     measures_at_once: bool,
     measured_faces: u64,
+    /// Draws that each mesh is known to have, beside those so far.
+    expected_draws: u64,
+    /// Budget of the levels.
+    budget: MemoryBudget,
     /// The last camera and aspect, and the transform to clip space: the next draw mostly has the same.
     last_camera: Option<(Camera, f64, Option<ClipTransform>)>,
 }
@@ -33,17 +46,96 @@ pub struct MeshShapes {
 #[derive(Debug)]
 struct MeshEntry {
     /// Keeps the address from being used again.
-    _mesh: Weak<Geometry>,
+    mesh: Weak<Geometry>,
     was_drawn: bool,
     mesh_box: Option<MeshBox>,
     /// `None` if they were not measured, `Some(None)` if there are none.
     angles: Option<Option<MeshAngles>>,
+    /// Draws for which a level would have been drawn, had there been one.
+    detail_draws: u64,
+    levels: Option<MeshLevels>,
+}
+
+/// Levels of a mesh.
+#[derive(Debug)]
+struct MeshLevels {
+    levels: Vec<Level>,
+    /// The memory budget's reservation for them; `None` if there was no room.
+    _held: Option<Reservation>,
 }
 
 impl MeshShapes {
     /// Creates an empty table that measures meshes the first time that they are seen.
     pub fn at_once() -> MeshShapes {
         MeshShapes { measures_at_once: true, ..MeshShapes::default() }
+    }
+
+    /// Counts so many draws of each mesh in advance, for the frames of an animation.
+    #[must_use]
+    pub fn expecting(self, draws: u64) -> MeshShapes {
+        MeshShapes { expected_draws: draws.saturating_sub(1), ..self }
+    }
+
+    /// Counts the levels that are made from now on in this budget.
+    pub fn set_budget(&mut self, budget: &MemoryBudget) {
+        self.budget = budget.clone();
+    }
+
+    /// Returns whether the next draw that may have a level makes those of this mesh.
+    pub fn is_due(&self, geometry: &Arc<Geometry>) -> bool {
+        let address = Arc::as_ptr(geometry) as usize;
+        let entry = self.recent.get(&address).or_else(|| self.older.get(&address));
+        entry.is_some_and(|entry| {
+            entry.levels.is_none() && entry.detail_draws + 1 + self.expected_draws >= DRAWS_FOR_LEVELS
+        })
+    }
+
+    /// Reserves memory to make the levels of a mesh; `None` if there is no room.
+    pub fn reserve_levels(&self, geometry: &Geometry) -> Option<Reservation> {
+        self.budget.try_reserve(MemoryUse::Resources, build_bytes(&geometry.mesh)).ok()
+    }
+
+    /// Keeps the levels of a mesh, and the reservation for making them as far as they need it.
+    pub fn keep_levels(
+        &mut self,
+        geometry: &Arc<Geometry>,
+        levels: Vec<Level>,
+        mut held: Option<Reservation>,
+    ) {
+        if let Some(held) = &mut held {
+            held.set(levels.iter().map(Level::size_bytes).sum());
+        }
+        self.entry(geometry).levels = Some(MeshLevels { levels, _held: held });
+    }
+
+    /// Drops the levels of meshes that are gone.
+    pub fn forget_gone(&mut self) {
+        for entry in self.recent.values_mut().chain(self.older.values_mut()) {
+            if entry.mesh.strong_count() == 0 {
+                entry.levels = None;
+            }
+        }
+    }
+
+    /// Counts a draw of a mesh that may have a level, and returns the levels; makes them if the draws
+    /// pay for them.
+    pub(super) fn levels_of(&mut self, geometry: &Arc<Geometry>) -> Result<&[Level], WholeReason> {
+        let is_due = self.is_due(geometry);
+        if is_due {
+            self.forget_gone();
+            let held = self.reserve_levels(geometry);
+            let levels = if held.is_some() { make_levels(&geometry.mesh, &NEVER) } else { Vec::new() };
+            self.keep_levels(geometry, levels, held);
+        }
+        let expected = self.expected_draws;
+        let entry = self.entry(geometry);
+        entry.detail_draws += 1;
+        let draws = entry.detail_draws + expected;
+        match &entry.levels {
+            None => Err(WholeReason::Unpaid { draws, needed: DRAWS_FOR_LEVELS }),
+            Some(kept) if kept.levels.is_empty() => Err(WholeReason::NoLevels),
+            Some(kept) => Ok(&kept.levels),
+        }
     }
 
     /// Returns the number of faces whose angles were measured so far.
@@ -101,8 +193,14 @@ impl MeshShapes {
         if self.recent.len() >= KEPT {
             self.older = std::mem::take(&mut self.recent);
         }
-        let new =
-            || MeshEntry { _mesh: Arc::downgrade(geometry), was_drawn: false, mesh_box: None, angles: None };
+        let new = || MeshEntry {
+            mesh: Arc::downgrade(geometry),
+            was_drawn: false,
+            mesh_box: None,
+            angles: None,
+            detail_draws: 0,
+            levels: None,
+        };
         self.recent.entry(address).or_insert_with(|| self.older.remove(&address).unwrap_or_else(new))
     }
 }

@@ -10,7 +10,7 @@ use glam::{DMat4, DVec3};
 fn chosen(scene: &Scene, max_error: f64, [width, height]: [u32; 2]) -> (Choice, u64) {
     let options = SceneOptions::new(width, height);
     let mut shapes = MeshShapes::at_once();
-    let choice = prove(&Budget { scene, options: &options, max_error }, &mut shapes);
+    let choice = prove(&Budget { scene, options: &options, max_error: max_error.into() }, &mut shapes);
     (choice, shapes.measured_faces())
 }
 
@@ -140,8 +140,10 @@ fn a_choice_is_made_for_each_object() {
     choice.apply(&mut cheaper);
     assert_eq!((cheaper.objects[0].shade, cheaper.objects[1].shade), (Some(ShadeMode::Flat), None));
     let options = SceneOptions::new(1600, 1200);
-    let first =
-        prove(&Budget { scene: &scene, options: &options, max_error: 8.0 }, &mut MeshShapes::default());
+    let first = prove(
+        &Budget { scene: &scene, options: &options, max_error: 8.0.into() },
+        &mut MeshShapes::default(),
+    );
     assert!(
         first.is_exact() && first.to_string().contains("2 meshes are drawn for the first time"),
         "{first}"
