@@ -1100,7 +1100,8 @@ static inline int fbptr_draweye(fbptr *fb, const char *name, int x, int y, int w
     return fbptr_end(fb, NULL, 0);
 }
 
-/* QUALITY exact: draws exactly; QUALITY max-error e [shift]: draws more cheaply within e steps of colour and a shift in pixels */
+/* QUALITY exact: draws exactly; QUALITY max-error e [shift]: draws more cheaply within e steps of colour and a shift
+   in pixels */
 static inline int fbptr_quality(fbptr *fb, const char *rest)
 {
     fbptr_put(fb, "QUALITY", 7);

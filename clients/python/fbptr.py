@@ -467,7 +467,8 @@ class Verbs:
     def quality(self, *quality):
         """`QUALITY exact`: draws exactly.
 
-        `QUALITY max-error e [shift]`: draws more cheaply within e steps of colour and a shift in pixels.
+        `QUALITY max-error e [shift]`: draws more cheaply within e steps of colour and a shift
+        in pixels.
         """
         self._send_verb("QUALITY", *quality)
 
