@@ -1,7 +1,10 @@
 //! Detection of the CPU's vector width, and dispatch of kernels.
+//!
+//! With `--cfg narrow_vectors` kernels are compiled for four lanes alone: the same bytes, in a quarter of
+//! the time that compiling takes. For builds that test other things than kernels.
 
 use super::Simd;
-#[cfg(all(target_arch = "x86_64", any(test, feature = "avx")))]
+#[cfg(all(target_arch = "x86_64", any(test, feature = "avx"), not(narrow_vectors)))]
 use super::{avx2::RunAvx2, avx512::RunAvx512};
 use std::sync::OnceLock;
 
@@ -43,7 +46,7 @@ impl Level {
     pub fn is_available(self) -> bool {
         match self {
             Level::Portable => true,
-            #[cfg(all(target_arch = "x86_64", any(test, feature = "avx")))]
+            #[cfg(all(target_arch = "x86_64", any(test, feature = "avx"), not(narrow_vectors)))]
             Level::Avx2 => {
                 std::is_x86_feature_detected!("avx2")
                     && std::is_x86_feature_detected!("bmi1")
@@ -51,7 +54,7 @@ impl Level {
                     && std::is_x86_feature_detected!("lzcnt")
                     && std::is_x86_feature_detected!("popcnt")
             }
-            #[cfg(all(target_arch = "x86_64", any(test, feature = "avx")))]
+            #[cfg(all(target_arch = "x86_64", any(test, feature = "avx"), not(narrow_vectors)))]
             Level::Avx512 => {
                 std::is_x86_feature_detected!("avx512f")
                     && std::is_x86_feature_detected!("avx512bw")
@@ -61,7 +64,7 @@ impl Level {
             }
             // Part of the target, not detected.
             Level::Neon => HAS_NEON,
-            #[cfg(not(all(target_arch = "x86_64", any(test, feature = "avx"))))]
+            #[cfg(not(all(target_arch = "x86_64", any(test, feature = "avx"), not(narrow_vectors))))]
             Level::Avx2 | Level::Avx512 => false,
         }
     }
@@ -84,7 +87,7 @@ impl Level {
     /// Runs `kernel` at this level, or at the widest available level below it.
     #[inline]
     pub fn dispatch<K: Kernel>(self, kernel: K) -> K::Output {
-        #[cfg(all(target_arch = "x86_64", any(test, feature = "avx")))]
+        #[cfg(all(target_arch = "x86_64", any(test, feature = "avx"), not(narrow_vectors)))]
         {
             let level = self.min(Level::best());
             if level == Level::Avx512 {
@@ -107,7 +110,7 @@ impl Level {
     /// but over pairs of vectors where they have 8 lanes and pairs are faster.
     #[inline]
     pub(crate) fn dispatch_long<K: Kernel>(self, kernel: K) -> K::Output {
-        #[cfg(all(target_arch = "x86_64", any(test, feature = "avx")))]
+        #[cfg(all(target_arch = "x86_64", any(test, feature = "avx"), not(narrow_vectors)))]
         if self.min(Level::best()) == Level::Avx2 && super::avx2::pairs_are_faster() {
             // SAFETY: `best` found the CPU to have every feature that the function names.
             return unsafe { kernel.run_paired() };
