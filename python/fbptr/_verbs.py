@@ -425,8 +425,8 @@ class Handy(_Base):
         or steps of colour and a shift in pixels.
         """
         if quality and not isinstance(quality[0], str):
-            max_error, quality = quality[0], ()
-        most = max_error if isinstance(max_error, tuple) else (max_error,)
+            max_error, quality = quality if len(quality) > 1 else quality[0], ()
+        most = tuple(max_error) if isinstance(max_error, (tuple, list)) else (max_error,)
         self._call("QUALITY", *(("max-error", *most) if max_error is not None else quality or ("exact",)))
 
     def draw(self, name: str | Mesh, **states: Any) -> None:

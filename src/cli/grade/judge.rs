@@ -11,7 +11,7 @@
 use super::super::compare::{Exact, Reading};
 use super::super::mesh_args::MeshArgs;
 use super::super::render_args::RenderArgs;
-use super::calls::{Called, in_white};
+use super::calls::{Called, in_white, plain};
 use super::program::{Made, Program, Ran};
 use super::sheet::{Item, Wanted, base64};
 use crate::measure::difference::WrongPixels;
@@ -135,6 +135,7 @@ impl Right {
         let Wanted::Text(stream) = &item.exact else {
             return Err("the program's functions are called, which draw streams alone".to_owned());
         };
+        let stream = &plain(stream);
         let missing = called.missing(stream);
         if !missing.is_empty() {
             return Err(format!("no function for {} is found", missing.join(", ")));

@@ -103,7 +103,10 @@ mod steps {
     use clap::ValueEnum;
     use std::fs;
     use std::path::{Path, PathBuf};
+    use std::time::Duration;
 
+    /// Time that make and each compiler have.
+    const COMPILING: Duration = Duration::from_secs(120);
     /// Largest sheet.
     const MAX_SHEET_BYTES: u64 = 16 << 20;
 
@@ -224,7 +227,7 @@ mod steps {
                     ));
                 }
                 (Some(path), false) => {
-                    let made = build(&path)?;
+                    let made = build(&path, Some(COMPILING))?;
                     words[0] = made.program().into();
                     built = Some(made);
                 }
@@ -261,6 +264,8 @@ mod steps {
         }
         let bytes = crate::save::read_input(path, MAX_SHEET_BYTES).map_err(|e| format!("{name}: {e}"))?;
         let text = String::from_utf8(bytes).map_err(|e| format!("{name}: {e}"))?;
+        // As some editors begin a text.
+        let text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
         Ok((text, path.parent().map_or(PathBuf::new(), Path::to_owned)))
     }
 }

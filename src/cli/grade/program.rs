@@ -4,7 +4,7 @@
 //! A program is run by `fbptr run`, by itself, or by the Python framework, under the item's limits.
 
 use super::super::run::is_glut_program;
-use super::calls::Called;
+use super::calls::{Called, plain};
 use super::sheet::{By, Input, Item, Wanted};
 use super::watch::{self, End, Limits, Watched};
 use crate::memory::{SharedFile, VideoMemory};
@@ -73,11 +73,14 @@ impl Program {
         let by = self.by(item);
         match self.start(item, by, folder, scene) {
             Ok(watched) => {
+                let fault = self.called.as_ref().and_then(|_| Called::fault(&folder.join("input")));
                 let text = String::from_utf8_lossy(&watched.stderr).into_owned();
                 let said: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).collect();
                 let said =
                     said[said.len().saturating_sub(6)..].iter().map(|line| (*line).to_owned()).collect();
-                Ran { made: made(item, by, folder, &watched), said }
+                // What ended it comes first.
+                let made = made(item, by, folder, &watched);
+                Ran { made: made.and_then(|made| fault.map_or(Ok(made), Err)), said }
             }
             Err(message) => Ran { made: Err(message), said: Vec::new() },
         }
@@ -94,6 +97,10 @@ impl Program {
             (Input::Exact, Wanted::Text(text)) | (Input::Text(text), _) => text.as_str(),
             (Input::Exact, _) => "",
         };
+        let text = match (&self.called, &item.exact) {
+            (Some(_), Wanted::Text(text)) => plain(text),
+            _ => text.to_owned(),
+        };
         fs::write(&input, text).map_err(failed)?;
         let words = self.words_for(item, folder);
         let mut command = match by {
@@ -107,7 +114,14 @@ impl Program {
                 command
             }
         };
-        command.stdin(Stdio::from(File::open(&input).map_err(failed)?));
+        match self.called {
+            // The program may wait for a key, which is not to be a figure.
+            Some(_) => {
+                Called::read_by(&mut command, &input);
+                command.stdin(Stdio::null());
+            }
+            None => _ = command.stdin(Stdio::from(File::open(&input).map_err(failed)?)),
+        }
         if let (Some(folder), false) = (&self.folder, by == By::Renderizador) {
             command.current_dir(folder);
         }

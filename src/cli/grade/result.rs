@@ -99,7 +99,7 @@ impl Report<'_> {
             graded.item.text.iter().for_each(|line| _ = writeln!(out, "<p>{}</p>", escape(line)));
             let _ = writeln!(out, "<p>{}</p>", escape(graded.text.lines().next().unwrap_or("")));
             for line in said(graded) {
-                let _ = writeln!(out, "<p><code>{}</code></p>", escape(line));
+                let _ = writeln!(out, "<p><code>{}</code></p>", escape(&line));
             }
             if let Some(difference) =
                 graded.difference.as_ref().filter(|_| graded.points < graded.item.points)
@@ -113,10 +113,11 @@ impl Report<'_> {
 }
 
 /// Returns what the program said, where that helps: if points are missing, or memory was exceeded.
-fn said<'a>(graded: &'a Graded<'_>) -> Vec<&'a str> {
+fn said(graded: &Graded<'_>) -> Vec<String> {
     let is_full = graded.points >= graded.item.points;
-    let all = graded.said.iter().map(String::as_str);
-    all.filter(|line| !is_full || line.contains("stored outside the video memory")).collect()
+    let all = graded.said.iter().filter(|line| !is_full || line.contains("stored outside the video memory"));
+    // Nothing that a terminal obeys.
+    all.map(|line| line.replace(|c: char| c.is_control() && c != '\t', "\u{fffd}")).collect()
 }
 
 fn round(points: f64) -> f64 {

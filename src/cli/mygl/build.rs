@@ -2,12 +2,17 @@
 
 use super::super::run::is_glut_program;
 use super::config;
+use rustix::process::{Pid, Signal, kill_process_group};
 use std::ffi::OsStr;
 use std::fs;
+use std::io;
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::time::SystemTime;
+use std::process::{Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant, SystemTime};
 
+/// Time between two looks at a program that has a limit.
+const LOOK: Duration = Duration::from_millis(20);
 /// Folders of folders that are looked into.
 const DEPTH: u32 = 3;
 /// Beginnings of the names of folders whose files are not parts of a program; headers are looked for
@@ -38,16 +43,16 @@ impl Drop for Built {
     }
 }
 
-/// Compiles the program of a folder.
+/// Compiles the program of a folder; make and each compiler run for at most `limit`, if one is given.
 ///
 /// # Errors
 /// Why it does not compile, after the compiler's own messages.
-pub fn build(folder: &Path) -> Result<Built, String> {
+pub fn build(folder: &Path, limit: Option<Duration>) -> Result<Built, String> {
     let folder = folder.canonicalize().map_err(|e| format!("{}: {e}", folder.display()))?;
     let support = config::folder()?;
     let has_makefile = ["Makefile", "makefile", "GNUmakefile"].iter().any(|name| folder.join(name).is_file());
     if has_makefile {
-        match by_makefile(&folder, &support) {
+        match by_makefile(&folder, &support, limit) {
             Ok(built) => return Ok(built),
             // What a Makefile for another machine does not do is tried without it.
             Err(message) => {
@@ -55,10 +60,10 @@ pub fn build(folder: &Path) -> Result<Built, String> {
             }
         }
     }
-    by_files(&folder, &support)
+    by_files(&folder, &support, limit)
 }
 
-fn by_makefile(folder: &Path, support: &Path) -> Result<Built, String> {
+fn by_makefile(folder: &Path, support: &Path, limit: Option<Duration>) -> Result<Built, String> {
     let mut make = Command::new("make");
     make.arg("-C").arg(folder).stdout(std::io::stderr());
     for (name, part) in [("CPATH", "include"), ("LIBRARY_PATH", "lib")] {
@@ -66,7 +71,7 @@ fn by_makefile(folder: &Path, support: &Path) -> Result<Built, String> {
         let paths = std::iter::once(support.join(part)).chain(std::env::split_paths(&others));
         make.env(name, std::env::join_paths(paths.filter(|path| *path != *"")).unwrap_or_default());
     }
-    let status = make.status().map_err(|e| format!("make: {e}"))?;
+    let status = status_of(&mut make, limit).map_err(|e| format!("make: {e}"))?;
     if !status.success() {
         return Err(format!("make: {status}"));
     }
@@ -87,7 +92,7 @@ fn by_makefile(folder: &Path, support: &Path) -> Result<Built, String> {
     }
 }
 
-fn by_files(folder: &Path, support: &Path) -> Result<Built, String> {
+fn by_files(folder: &Path, support: &Path, limit: Option<Duration>) -> Result<Built, String> {
     let (mut c, mut cpp, mut includes) = (Vec::new(), Vec::new(), vec![folder.to_owned()]);
     walk(folder, DEPTH, &mut |path| {
         if path.is_dir() {
@@ -127,13 +132,13 @@ fn by_files(folder: &Path, support: &Path) -> Result<Built, String> {
             command.args(["-g", "-O1", "-w", "-c"]).args(options).arg(file).arg("-o").arg(&object);
             command.arg("-I").arg(support.join("include"));
             includes.iter().for_each(|path| _ = command.arg("-I").arg(path));
-            run(&mut command)?;
+            run(&mut command, limit)?;
             objects.push(object);
         }
     }
     let mut link = Command::new(if cpp.is_empty() { "cc" } else { "c++" });
     link.args(&objects).arg("-o").arg(built.program()).arg("-L").arg(support.join("lib"));
-    run(link.args(["-lglut", "-lGLU", "-lGL", "-lm"]))?;
+    run(link.args(["-lglut", "-lGLU", "-lGL", "-lm"]), limit)?;
     Ok(built)
 }
 
@@ -151,9 +156,27 @@ fn keep_one_main(c: &mut Vec<PathBuf>, cpp: &mut Vec<PathBuf>) {
     [c, cpp].into_iter().for_each(|list| list.retain(|path| path == kept || !mains.contains(path)));
 }
 
-fn run(command: &mut Command) -> Result<(), String> {
+/// Runs a command to its end, or to the limit, at which it and what it has started are ended.
+fn status_of(command: &mut Command, limit: Option<Duration>) -> io::Result<ExitStatus> {
+    let Some(limit) = limit else { return command.status() };
+    let mut child = command.stdin(Stdio::null()).process_group(0).spawn()?;
+    let started = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait()? {
+            return Ok(status);
+        }
+        if started.elapsed() > limit {
+            let _ = kill_process_group(Pid::from_child(&child), Signal::KILL);
+            child.wait()?;
+            return Err(io::Error::new(io::ErrorKind::TimedOut, format!("no end within {limit:?}")));
+        }
+        std::thread::sleep(LOOK);
+    }
+}
+
+fn run(command: &mut Command, limit: Option<Duration>) -> Result<(), String> {
     let name = command.get_program().to_string_lossy().into_owned();
-    match command.status() {
+    match status_of(command, limit) {
         Ok(status) if status.success() => Ok(()),
         Ok(_) => Err(format!("{name}: the program does not compile")),
         Err(e) => Err(format!("{name}: {e}")),

@@ -33,7 +33,7 @@ impl Mygl {
     pub(super) fn run(self) -> Status {
         #[cfg(fbptr_preload)]
         {
-            let built = match build::build(&self.folder) {
+            let built = match build::build(&self.folder, None) {
                 Ok(built) => built,
                 Err(message) => {
                     super::say_as_program(message);

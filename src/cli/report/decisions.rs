@@ -114,7 +114,11 @@ impl Asked<'_> {
         };
         let load_dir = self.load_dir.map(open).transpose()?;
         let line = quality_line(&bytes);
-        let command = |setting: &Setting| of_play(&name, setting, line, [width, height]);
+        let folder = self
+            .load_dir
+            .map_or(String::new(), |folder| format!(" --load-dir {}", quoted(&folder.display().to_string())));
+        let end = format!("--headless --snap frame.png --size {width}x{height}{folder}");
+        let command = |setting: &Setting| of_play(&name, setting, line, &end);
         let subject = Subject::Stream { bytes: &bytes, load_dir };
         decide(effort, self.question(path, subject, [width, height], &command)).map_err(|e| match e {
             DecideError::Stream(line) => {
@@ -129,6 +133,8 @@ impl Asked<'_> {
 fn of_render(name: &str, stem: &str, setting: &Setting) -> Option<String> {
     let own = match setting {
         Setting::Exact => String::new(),
+        // A single picture is drawn whole.
+        Setting::Within(max_error) if max_error.shift > 0.0 => return None,
         Setting::Within(max_error) => format!(" --max-error {max_error}"),
         Setting::Shade(shade) => format!(" --shade {}", shade.as_str()),
         Setting::Fan(rays) => {
@@ -150,9 +156,9 @@ fn of_render(name: &str, stem: &str, setting: &Setting) -> Option<String> {
 }
 
 /// Returns the command that plays a stream with a setting. `QUALITY` stands in the place of `SIZE`,
-/// which only files have: in the line with this number, or before the first one.
-fn of_play(name: &str, setting: &Setting, line: usize, [w, h]: [u32; 2]) -> Option<String> {
-    let (file, end) = (quoted(name), format!("--headless --snap frame.png --size {w}x{h}"));
+/// which only files have: in the line with this number, or before the first one; `end` are the options.
+fn of_play(name: &str, setting: &Setting, line: usize, end: &str) -> Option<String> {
+    let file = quoted(name);
     match setting {
         Setting::Exact => Some(format!("fbptr play {file} {end}")),
         Setting::Within(MaxError { steps, shift }) => {
@@ -170,7 +176,8 @@ fn of_play(name: &str, setting: &Setting, line: usize, [w, h]: [u32; 2]) -> Opti
 /// Returns the words of this command that `render` takes too, but for those of a dropped option.
 fn words_of_render(dropped: impl Fn(&str) -> bool) -> Vec<String> {
     const WITH_VALUE: [&str; 6] = ["--scene", "--out", "--max-error", "--peers", "--threads", "--load-dir"];
-    let mut words = std::env::args().skip(1).filter(|word| word != "report" && word != "--quick");
+    let mut words =
+        std::env::args().skip(1).skip_while(|word| word != "report").skip(1).filter(|word| word != "--quick");
     let mut kept = Vec::new();
     while let Some(word) = words.next() {
         let (option, has_value) = word.split_once('=').map_or((&*word, false), |(option, _)| (option, true));

@@ -13,7 +13,8 @@ use super::{
     DECISION, DecideError, Decision, Question, SameWork, Setting, bounds, rows_effort, settings, summary,
 };
 use fbptr_command::{
-    Command, Decoder, EndOfInput, Flow, Limits as DecoderLimits, Sink, StreamError, StreamPosition,
+    BYTE_ORDER_MARK, Command, Decoder, EndOfInput, Flow, Limits as DecoderLimits, Sink, StreamError,
+    StreamPosition,
 };
 use fbptr_core::memory::Rgba;
 use fbptr_core::pipeline::{RenderOptions, RenderPath, Renderer};
@@ -63,6 +64,7 @@ impl Overview {
 /// which is valid as the first command alone.
 pub fn quality_line(stream: &[u8]) -> usize {
     let is_command = |line: &&[u8]| !line.starts_with(b"#") && !line.trim_ascii().is_empty();
+    let stream = stream.strip_prefix(BYTE_ORDER_MARK).unwrap_or(stream);
     let first = stream.split(|&b| b == b'\n').enumerate().find(|(_, line)| is_command(line));
     match first {
         Some((i, line))
@@ -77,6 +79,7 @@ pub fn quality_line(stream: &[u8]) -> usize {
 /// Returns the stream with a budget.
 fn within(stream: &[u8], setting: &Setting) -> Vec<u8> {
     let Setting::Within(MaxError { steps, shift }) = setting else { return stream.to_vec() };
+    let stream = stream.strip_prefix(BYTE_ORDER_MARK).unwrap_or(stream);
     let lines = quality_line(stream);
     let at: usize = stream.split_inclusive(|&b| b == b'\n').take(lines).map(<[u8]>::len).sum();
     let (head, tail) = stream.split_at(at);

@@ -178,7 +178,7 @@ pub fn decision_pictures(report: &Report) -> Vec<(String, Vec<u8>)> {
         let stem = format!("{number}{}", file_name(&decision.name));
         for row in shown(decision) {
             let Some(p) = &row.picture else { continue };
-            let name = format!("{stem}-{}", file_name(&row.alternative));
+            let name = format!("{stem}-{}", plain_name(&row.alternative));
             files.push((format!("{name}.png"), png_bytes(p.width, &p.found)));
             files.push((format!("{name}-difference.png"), png_bytes(p.width, &p.difference())));
         }
@@ -186,10 +186,14 @@ pub fn decision_pictures(report: &Report) -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// Returns a name without what file names cannot have.
+/// Returns a file's name without its ending, and without what file names cannot have.
 fn file_name(name: &str) -> String {
-    let stem = name.rsplit_once('.').map_or(name, |(stem, _)| if stem.is_empty() { name } else { stem });
-    stem.chars().map(|c| if c.is_alphanumeric() { c } else { '-' }).collect()
+    plain_name(name.rsplit_once('.').map_or(name, |(stem, _)| if stem.is_empty() { name } else { stem }))
+}
+
+/// Returns a text with `-` in place of what file names cannot have; points of numbers stay.
+fn plain_name(name: &str) -> String {
+    name.chars().map(|c| if c.is_alphanumeric() || c == '.' { c } else { '-' }).collect()
 }
 
 /// Returns the decision as JSON; the keys of what comes from a clock contain `time`.

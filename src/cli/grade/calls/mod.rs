@@ -2,21 +2,25 @@
 //!
 //! Students of the first course write `PutPixel`, `DrawLine` and `DrawTriangle`, and call them from a
 //! function `MyGlDraw` with figures of their own choice. So that the figures of a sheet are drawn, a
-//! copy of the folder is compiled in which `MyGlDraw` reads standard input in place of its own body,
-//! and calls the same functions. All else is the program's: its memory, window and main.
+//! copy of the folder is compiled in which `MyGlDraw` reads the figures from a file in place of its own
+//! body, and calls the same functions, each time that it is called. All else is the program's: its
+//! memory, window and main.
 //!
 //! In: a folder of sources. Out: a copy of it with that change, and for each figure the function that
-//! is called. Right is: the copy draws what the student's functions draw, and nothing else does.
+//! is called. Right is: the copy draws what the student's functions draw, and nothing else does; a
+//! program that never calls `MyGlDraw`, or does not return from it, is found by marks that it leaves.
 
 mod driver;
 mod source;
 
+use crate::memory::parse_color;
 use driver::{Call, FIGURES, calls};
 use source::Declared;
 use std::ffi::OsStr;
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// The function that the framework calls.
 const ENTRY: &str = "MyGlDraw";
@@ -41,11 +45,32 @@ impl Called {
         FIGURES.iter().map(|figure| line(figure.verb)).collect()
     }
 
-    /// Returns the verbs of a stream for which there is no function.
-    pub fn missing(&self, stream: &str) -> Vec<&'static str> {
-        let is_used = |verb: &str| stream.lines().any(|line| line.split_whitespace().next() == Some(verb));
-        let has = |verb: &str| self.calls.iter().any(|call| call.verb == verb);
-        FIGURES.iter().map(|figure| figure.verb).filter(|verb| is_used(verb) && !has(verb)).collect()
+    /// Returns the verbs of a plain stream for which there is no function, each once.
+    pub fn missing<'s>(&self, stream: &'s str) -> Vec<&'s str> {
+        let mut missing: Vec<&str> = Vec::new();
+        for verb in stream.lines().filter_map(|line| line.split(' ').next()) {
+            if !self.calls.iter().any(|call| call.verb == verb) && !missing.contains(&verb) {
+                missing.push(verb);
+            }
+        }
+        missing
+    }
+
+    /// Lets a command read the figures of a file.
+    pub fn read_by(command: &mut Command, figures: &Path) {
+        command.env("FBPTR_FIGURES", figures).env("FBPTR_MARKS", marks(figures));
+    }
+
+    /// Returns why the figures of a file were not drawn, if they were not.
+    pub fn fault(figures: &Path) -> Option<String> {
+        let marks = fs::read_to_string(marks(figures)).unwrap_or_default();
+        match (marks.contains("called"), marks.contains("returned")) {
+            (false, _) => Some(format!("{ENTRY} was not called, so no figure of the sheet was drawn")),
+            (true, false) => {
+                Some(format!("{ENTRY} did not return: a function that draws has no end, or ends the program"))
+            }
+            (true, true) => None,
+        }
     }
 
     /// Returns the first function that a stream needs and that takes no colour.
@@ -58,7 +83,37 @@ impl Called {
     }
 }
 
-/// Returns a stream in white alone; `None` if a figure has several colours.
+/// Returns the file in which a program notes that it has read the figures of a file.
+fn marks(figures: &Path) -> PathBuf {
+    figures.with_extension("marks")
+}
+
+/// Returns the figures of a stream as the copy reads them: verbs in capitals, colours as six hex
+/// digits; what sets the frame or ends it is left out.
+pub fn plain(stream: &str) -> String {
+    let mut text = String::new();
+    for line in stream.lines() {
+        let mut words = line.split_whitespace();
+        let verb = words.next().unwrap_or("").to_ascii_uppercase();
+        if verb.is_empty() || verb.starts_with('#') || ["SIZE", "AUTO", "CLEAR", "PRESENT"].contains(&&*verb)
+        {
+            continue;
+        }
+        let points = FIGURES.iter().find(|figure| figure.verb == verb).map_or(0, |figure| figure.points);
+        text += &verb;
+        for (at, word) in words.enumerate() {
+            let color = if at < 2 * points { None } else { parse_color(word.as_bytes()) };
+            let _ = match color {
+                Some([r, g, b, _]) => write!(text, " {r:02x}{g:02x}{b:02x}"),
+                None => write!(text, " {word}"),
+            };
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Returns a plain stream in white alone; `None` if a figure has several colours.
 pub fn in_white(stream: &str) -> Option<String> {
     let mut text = String::new();
     for line in stream.lines() {
@@ -85,36 +140,71 @@ pub fn prepare(folder: &Path, copy: &Path) -> Result<Called, String> {
     let mut sources = Vec::new();
     let mut left = (FILES, BYTES);
     copy_folder(folder, copy, DEPTH, &mut left, &mut sources)?;
+    sources.retain(|path| is_own(path.strip_prefix(copy).unwrap_or(path)));
     let mut declared = Declared::default();
-    let mut entry = None;
+    let mut entries = Vec::new();
     for path in &sources {
         let bytes = fs::read(path).map_err(|e| format!("{}: {e}", path.display()))?;
         let own = Declared::read(&bytes);
-        let body = own.functions.iter().find(|f| f.name == ENTRY).and_then(|f| f.body);
-        // A `main` beside it tells the program from tests of it.
-        if let Some(body) = body
-            && (entry.is_none() || own.functions.iter().any(|f| f.name == "main"))
-        {
-            entry = Some((path.clone(), bytes, body));
+        let bodies = own.functions.iter().filter(|f| f.name == ENTRY).filter_map(|f| f.body);
+        let bodies: Vec<usize> = bodies.collect();
+        if !bodies.is_empty() {
+            // A `main` beside it tells the program from tests of it.
+            let is_main = own.functions.iter().any(|f| f.name == "main");
+            entries.push(Entry { path: path.clone(), bytes, bodies, is_main });
         }
         declared.functions.extend(own.functions);
         declared.records.extend(own.records);
         declared.aliases.extend(own.aliases);
     }
-    let Some((path, bytes, body)) = entry else {
+    // A function that is only declared is not written yet.
+    let written: Vec<String> =
+        declared.functions.iter().filter(|f| f.body.is_some()).map(|f| f.name.clone()).collect();
+    declared.functions.retain(|f| written.contains(&f.name));
+    let Some(first) = entries.iter().find(|entry| entry.is_main).or(entries.first()) else {
         return Err(format!("{}: --calls: no function {ENTRY} is defined", folder.display()));
     };
-    let is_cpp = path.extension() != Some(OsStr::new("c"));
-    let calls = calls(&declared, is_cpp);
-    if calls.is_empty() {
+    let shown = calls(&declared, first.is_cpp());
+    if shown.is_empty() {
         return Err(format!("{}: --calls: no function that draws is understood", folder.display()));
     }
-    let mut changed = bytes[..body].to_vec();
-    changed.extend(b" { void fbptr_figures(void); fbptr_figures(); return; } ");
-    changed.extend(&bytes[body..]);
-    changed.extend(reader(&calls).as_bytes());
-    fs::write(&path, changed).map_err(|e| format!("{}: {e}", path.display()))?;
-    Ok(Called { calls })
+    // Which of several is compiled is the program's own choice.
+    for entry in &entries {
+        let changed = entry.changed(&calls(&declared, entry.is_cpp()));
+        fs::write(&entry.path, changed).map_err(|e| format!("{}: {e}", entry.path.display()))?;
+    }
+    Ok(Called { calls: shown })
+}
+
+/// A source that defines the function that the framework calls.
+struct Entry {
+    path: PathBuf,
+    bytes: Vec<u8>,
+    /// Places behind the opening braces of its definitions.
+    bodies: Vec<usize>,
+    is_main: bool,
+}
+
+impl Entry {
+    fn is_cpp(&self) -> bool {
+        self.path.extension() != Some(OsStr::new("c"))
+    }
+
+    /// Returns the source with the reader in place of each definition's own statements.
+    fn changed(&self, calls: &[Call]) -> Vec<u8> {
+        let mark = self.bytes.strip_prefix(b"\xef\xbb\xbf").map_or(0, |_| 3);
+        let mut changed = self.bytes[..mark].to_vec();
+        changed.extend(b"static void fbptr_figures(void);\n");
+        let mut from = mark;
+        for body in &self.bodies {
+            changed.extend(&self.bytes[from..*body]);
+            changed.extend(b" { fbptr_figures(); return; } ");
+            from = *body;
+        }
+        changed.extend(&self.bytes[from..]);
+        changed.extend(reader(calls).as_bytes());
+        changed
+    }
 }
 
 /// Returns the code that reads figures and calls functions.
@@ -127,25 +217,31 @@ fn reader(calls: &[Call]) -> String {
             call.verb, call.code
         );
     }
-    text += "void fbptr_figures(void) {\n    static int is_done = 0;\n    char line[1024];\n    \
-             if (is_done) return;\n    is_done = 1;\n    \
-             while (fgets(line, sizeof line, stdin)) {\n        double p[6] = { 0 };\n        \
-             unsigned c[3] = { 0 };\n        char word[16];\n        int used = 0;\n        \
-             if (sscanf(line, \"%15s%n\", word, &used) != 1) continue;\n";
-    for figure in FIGURES.iter().filter(|figure| calls.iter().any(|call| call.verb == figure.verb)) {
-        let (verb, points) = (figure.verb, figure.points);
+    text += "static void fbptr_figures(void) {\n    static int fbptr_times = 0;\n    char fbptr_line[1024];\n    \
+             const char *fbptr_name = getenv(\"FBPTR_FIGURES\");\n    \
+             FILE *fbptr_file = fbptr_name ? fopen(fbptr_name, \"r\") : 0;\n    \
+             if (fbptr_file == 0) return;\n    if (fbptr_times == 0) fbptr_mark(\"called\");\n    \
+             while (fgets(fbptr_line, sizeof fbptr_line, fbptr_file)) {\n        \
+             double fbptr_p[6] = { 0, 0, 0, 0, 0, 0 };\n        unsigned fbptr_c[3] = { 0, 0, 0 };\n        \
+             char fbptr_word[16];\n        int fbptr_at = 0, fbptr_i, fbptr_n = 0;\n        \
+             if (sscanf(fbptr_line, \"%15s%n\", fbptr_word, &fbptr_at) != 1) continue;\n";
+    for call in calls {
+        let points = FIGURES.iter().find(|figure| figure.verb == call.verb).map_or(0, |figure| figure.points);
         let _ = write!(
             text,
-            "        if (strcmp(word, \"{verb}\") == 0) {{\n            const char *at = line + used;\n            \
-             int i, n = 0;\n            \
-             for (i = 0; i < {}; i++, at += n) if (sscanf(at, \"%lf%n\", &p[i], &n) != 1) break;\n            \
-             for (i = 0; i < {points}; i++, at += n) {{\n                \
-             if (sscanf(at, \"%x%n\", &c[i], &n) != 1) {{ c[i] = c[0]; n = 0; }}\n            }}\n            \
-             fbptr_{verb}(p, c);\n        }}\n",
-            2 * points
+            "        if (strcmp(fbptr_word, \"{verb}\") == 0) {{\n            \
+             for (fbptr_i = 0; fbptr_i < {numbers}; fbptr_i++, fbptr_at += fbptr_n) {{\n                \
+             if (sscanf(fbptr_line + fbptr_at, \"%lf%n\", &fbptr_p[fbptr_i], &fbptr_n) != 1) break;\n            }}\n            \
+             for (fbptr_i = 0; fbptr_i < {points}; fbptr_i++, fbptr_at += fbptr_n) {{\n                \
+             if (sscanf(fbptr_line + fbptr_at, \"%x%n\", &fbptr_c[fbptr_i], &fbptr_n) == 1) continue;\n                \
+             fbptr_c[fbptr_i] = fbptr_c[0];\n                fbptr_n = 0;\n            }}\n            \
+             fbptr_{verb}(fbptr_p, fbptr_c);\n        }}\n",
+            verb = call.verb,
+            numbers = 2 * points
         );
     }
-    text + "    }\n}\n"
+    text + "    }\n    fclose(fbptr_file);\n    if (fbptr_times++ == 0) fbptr_mark(\"returned\");\n    \
+            (void)fbptr_whole;\n}\n#endif\n"
 }
 
 /// Copies a folder's files but compiled ones, and collects its sources.
@@ -182,8 +278,7 @@ fn copy_folder(
         *left = (left.0 - 1, left.1 - meta.len());
         fs::write(&target, fs::read(&path).map_err(|e| failed(&path, e))?).map_err(|e| failed(&target, e))?;
         let is_small = meta.len() < 1 << 20;
-        if is_small && matches!(ending.as_str(), "c" | "cpp" | "cc" | "cxx" | "h" | "hpp") && is_own(&target)
-        {
+        if is_small && matches!(ending.as_str(), "c" | "cpp" | "cc" | "cxx" | "h" | "hpp") {
             sources.push(target);
         }
     }
@@ -197,8 +292,10 @@ fn is_program(path: &Path) -> bool {
     fs::File::open(path).and_then(|mut file| file.read_exact(&mut first)).is_ok() && first == *b"\x7fELF"
 }
 
-/// Returns whether a source is not of a library that travels with the program.
+/// Returns whether a source, by its path in the program's folder, is not of a library that travels with
+/// the program.
 fn is_own(path: &Path) -> bool {
-    let text = path.to_string_lossy().to_ascii_lowercase();
-    !["/glm", "/eigen"].iter().any(|part| text.contains(part))
+    let folders = path.parent().into_iter().flat_map(Path::components);
+    let mut names = folders.map(|part| part.as_os_str().to_string_lossy().to_ascii_lowercase());
+    !names.any(|name| name == "glm" || name.starts_with("glm-") || name.starts_with("eigen"))
 }

@@ -232,7 +232,10 @@ impl<'s, 'c> ViewBounds<'s, 'c> {
             for (lit, m) in lit.iter_mut().zip(&self.shaded.materials) {
                 *lit += m.ka * light.ambient.abs() + m.kd * light.color.abs();
             }
-            if light.color == DVec3::ZERO || self.shaded.materials.iter().filter(is_lit).count() == 0 {
+            // Ambient light of a place is weakened as its other light is.
+            let is_directional = matches!(light.kind, LightKind::Directional { .. });
+            let is_even = light.color == DVec3::ZERO && (light.ambient == DVec3::ZERO || is_directional);
+            if is_even || self.shaded.materials.iter().filter(is_lit).count() == 0 {
                 continue;
             }
             let light_cone = self.light_cone(light)?;

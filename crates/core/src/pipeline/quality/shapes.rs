@@ -34,8 +34,8 @@ pub struct MeshShapes {
     last_box: Option<(usize, MeshBox)>,
     measures_at_once: bool,
     measured_faces: u64,
-    /// Draws that each mesh is known to have, beside those so far.
-    expected_draws: u64,
+    /// Draws that each mesh is known to have, if they are known.
+    expected_draws: Option<u64>,
     /// Budget of the levels.
     budget: MemoryBudget,
     /// The last camera and aspect, and the transform to clip space: the next draw mostly has the same.
@@ -70,10 +70,10 @@ impl MeshShapes {
         MeshShapes { measures_at_once: true, ..MeshShapes::default() }
     }
 
-    /// Counts so many draws of each mesh in advance, for the frames of an animation.
+    /// Takes each mesh as one that is drawn so often, as in the frames of an animation.
     #[must_use]
     pub fn expecting(self, draws: u64) -> MeshShapes {
-        MeshShapes { expected_draws: draws.saturating_sub(1), ..self }
+        MeshShapes { expected_draws: Some(draws), ..self }
     }
 
     /// Counts the levels that are made from now on in this budget.
@@ -85,9 +85,13 @@ impl MeshShapes {
     pub fn is_due(&self, geometry: &Arc<Geometry>) -> bool {
         let address = Arc::as_ptr(geometry) as usize;
         let entry = self.recent.get(&address).or_else(|| self.older.get(&address));
-        entry.is_some_and(|entry| {
-            entry.levels.is_none() && entry.detail_draws + 1 + self.expected_draws >= DRAWS_FOR_LEVELS
-        })
+        entry.is_some_and(|entry| entry.levels.is_none() && self.draws(entry) >= DRAWS_FOR_LEVELS)
+    }
+
+    /// Returns the number of draws that a mesh has with the next one: those of an animation are known
+    /// from its first frame on, so that all frames are drawn alike, and each part of them alone.
+    fn draws(&self, entry: &MeshEntry) -> u64 {
+        self.expected_draws.unwrap_or(entry.detail_draws + 1)
     }
 
     /// Reserves memory to make the levels of a mesh; `None` if there is no room.
@@ -130,7 +134,7 @@ impl MeshShapes {
         let expected = self.expected_draws;
         let entry = self.entry(geometry);
         entry.detail_draws += 1;
-        let draws = entry.detail_draws + expected;
+        let draws = expected.unwrap_or(entry.detail_draws);
         match &entry.levels {
             None => Err(WholeReason::Unpaid { draws, needed: DRAWS_FOR_LEVELS }),
             Some(kept) if kept.levels.is_empty() => Err(WholeReason::NoLevels),

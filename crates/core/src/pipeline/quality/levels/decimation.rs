@@ -112,7 +112,11 @@ impl Decimation {
     /// Returns the index of a point of a vertex; adds it if it is new.
     fn index_of(&mut self, point: Point, vertex: u32, first: &mut [u32], next: &mut Vec<u32>) -> u32 {
         let mut at = first[vertex as usize];
-        while at != NONE {
+        // A vertex of two points stays; more of them need not be told apart.
+        for _ in 0..MOST_NEIGHBOURS {
+            if at == NONE {
+                break;
+            }
             let known = &self.points[at as usize];
             if known.normal == point.normal && known.color == point.color {
                 return at;
@@ -308,9 +312,14 @@ impl<'s> Pass<'s> {
 
     /// Returns whether no edge of the fan from neighbour `v` exists already outside of the star.
     fn keeps_manifold(&self, ring: &Ring, v: usize) -> bool {
+        // Of a vertex with many faces each would be looked at for each other neighbour.
+        let around = self.faces_of(self.vertex_of(ring.points[v]));
+        if around.len() > MOST_NEIGHBOURS {
+            return false;
+        }
         let others = (2..ring.len - 1).map(|k| self.vertex_of(ring.points[(v + k) % ring.len]));
         let is_neighbour = |vertex: u32| {
-            self.faces_of(self.vertex_of(ring.points[v]))
+            around
                 .iter()
                 .any(|f| self.surface.faces[*f as usize].points.iter().any(|p| self.vertex_of(*p) == vertex))
         };
