@@ -299,3 +299,53 @@ fn is_own(path: &Path) -> bool {
     let mut names = folders.map(|part| part.as_os_str().to_string_lossy().to_ascii_lowercase());
     !names.any(|name| name == "glm" || name.starts_with("glm-") || name.starts_with("eigen"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stream_is_read_in_any_notation() {
+        let stream = "# two pixels\nSIZE 64 48\n\npx 1 2 red\n PX 3 4 #0f0\nLINE 1 2 3 4 ff ff8000ff\nCIRCLE 1 2 3 red\n";
+        let plain = plain(stream);
+        assert_eq!(plain, "PX 1 2 ff0000\nPX 3 4 00ff00\nLINE 1 2 3 4 ffffff ff8000\nCIRCLE 1 2 3 ff0000\n");
+        let called = Called { calls: Vec::new() };
+        assert_eq!(called.missing(&plain), ["PX", "LINE", "CIRCLE"]);
+    }
+
+    #[test]
+    fn every_definition_is_changed_and_each_once() {
+        let folder = std::env::temp_dir().join(format!("fbptr-calls-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&folder);
+        let [from, to] = ["from", "to"].map(|name| folder.join(name));
+        fs::create_dir_all(from.join("glm")).unwrap();
+        let header = "void MyGlDraw(void);\nvoid PutPixel(int x, int y) { }\nvoid DrawLine(int a, int b, int c, int d);\n\
+                      #if 0\nvoid MyGlDraw(void) { }\n#endif\nvoid MyGlDraw(void) { PutPixel(1, 2); }\n";
+        fs::write(from.join("glMain.cpp"), header).unwrap();
+        fs::write(from.join("old.c"), "\u{feff}void MyGlDraw() { }\n").unwrap();
+        fs::write(from.join("glm/mygl.h"), "void MyGlDraw() { }\n").unwrap();
+        let called = prepare(&from, &to).unwrap();
+        assert!(called.text().contains("LINE  no function is found"), "{}", called.text());
+        let count = |name: &str| {
+            let text = fs::read_to_string(to.join(name)).unwrap();
+            let places = text.matches("{ fbptr_figures(); return; }").count();
+            (places, text.matches("static void fbptr_figures(void) {").count())
+        };
+        assert_eq!((count("glMain.cpp"), count("old.c"), count("glm/mygl.h")), ((2, 1), (1, 1), (0, 0)));
+        assert!(fs::read_to_string(to.join("old.c")).unwrap().starts_with("\u{feff}static void"));
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn marks_tell_whether_the_figures_were_drawn() {
+        let figures = std::env::temp_dir().join(format!("fbptr-figures-{}", std::process::id()));
+        let fault = |text: &str| {
+            fs::write(marks(&figures), text).unwrap();
+            Called::fault(&figures).unwrap_or_default()
+        };
+        assert!(fault("").contains("was not called"));
+        assert!(fault("called\n").contains("did not return"));
+        assert_eq!(fault("called\nreturned\n"), "");
+        fs::remove_file(marks(&figures)).unwrap();
+    }
+}
