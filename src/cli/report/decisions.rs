@@ -22,7 +22,7 @@ use glam::DVec3;
 use std::io::Read;
 use std::path::Path;
 
-/// How the files are read and drawn, and what is asked about them.
+/// Ways to read and draw the files, and the questions about them.
 pub(super) struct Asked<'a> {
     pub picture: &'a PictureArgs,
     pub meshes: &'a MeshArgs,

@@ -66,7 +66,7 @@ const DECISION: Experiment = Experiment {
     rows: |_| Vec::new(),
 };
 
-/// What a decision is about.
+/// Subject of a decision.
 pub enum Subject<'a> {
     /// A scene in three dimensions, with its camera and background.
     Solid {

@@ -93,7 +93,7 @@ pub(super) fn of_eye() -> Vec<Setting> {
     settings
 }
 
-/// What a renderer is given to do: settings of equal work draw by the same code.
+/// Work that a renderer is given: settings of equal work draw by the same code.
 #[derive(Debug, PartialEq)]
 pub(super) struct DrawnWork {
     objects: Vec<ObjectWork>,

@@ -22,7 +22,7 @@ use fbptr_core::scene::MaxError;
 use fbptr_formats::load::SandboxDir;
 use fbptr_server::{Budget, Engine, Limits, Notice, Output, Playback, RECORD_MAGIC, StreamState};
 
-/// What is said of a stream before it is played.
+/// Remarks on a stream before it is played.
 struct Overview {
     background: Rgba,
     has_faces: bool,

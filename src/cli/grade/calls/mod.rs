@@ -135,7 +135,7 @@ pub fn in_white(stream: &str) -> Option<String> {
 /// Copies a folder to `copy` and makes its functions be called.
 ///
 /// # Errors
-/// Why the program cannot be graded so.
+/// The reason for which the program cannot be graded so.
 pub fn prepare(folder: &Path, copy: &Path) -> Result<Called, String> {
     let mut sources = Vec::new();
     let mut left = (FILES, BYTES);
