@@ -54,14 +54,20 @@ fn sources() -> Sources {
     found
 }
 
+/// A source's name, the types that it defines, and its implementations, each with the type's name.
+struct Implementing<'s> {
+    file: &'s str,
+    defined: BTreeSet<&'s str>,
+    impls: Vec<(String, Vec<String>)>,
+}
+
 /// The listing in the making.
 struct Listing<'s> {
     sources: &'s Sources,
     /// Names of the traits that are for a crate alone.
     crate_traits: BTreeSet<&'s str>,
-    /// Each source but the tests: its name, the types that it defines, and its implementations, each
-    /// with the type's name.
-    implementing: Vec<(&'s str, BTreeSet<&'s str>, Vec<(String, Vec<String>)>)>,
+    /// Each source but the tests.
+    implementing: Vec<Implementing<'s>>,
     lines: BTreeSet<String>,
     /// Public path of each definition (its file and name) that is listed already.
     listed: BTreeMap<(String, String), String>,
@@ -141,7 +147,7 @@ impl Listing<'_> {
 
     /// Lists methods and traits of a type that `file` defines.
     fn impls(&mut self, file: &str, name: &str, shown: &str) {
-        for (other, defined, impls) in &self.implementing {
+        for Implementing { file: other, defined, impls } in &self.implementing {
             if *other != file && defined.contains(name) {
                 continue;
             }
@@ -166,7 +172,11 @@ fn listing(sources: &Sources, name: Option<&str>) -> Vec<String> {
         sources,
         crate_traits: traits.collect(),
         implementing: tested
-            .map(|(name, text)| (&**name, items::defined(text), items::impls(text)))
+            .map(|(file, text)| Implementing {
+                file,
+                defined: items::defined(text),
+                impls: items::impls(text),
+            })
             .collect(),
         lines: BTreeSet::new(),
         listed: BTreeMap::new(),
