@@ -17,22 +17,27 @@ use glam::DVec3;
 use std::sync::Arc;
 
 /// A scene and the frame into which it is drawn.
-struct Shot {
-    scene: Scene,
-    options: SceneOptions,
-    format: DepthFormat,
+pub struct Shot {
+    /// Scene.
+    pub scene: Scene,
+    /// Options of the draw.
+    pub options: SceneOptions,
+    /// Format of its depth.
+    pub format: DepthFormat,
     size: (u32, u32),
 }
 
 /// Result of a draw.
-struct Drawn {
-    bytes: Vec<u8>,
+pub struct Drawn {
+    /// Colours.
+    pub bytes: Vec<u8>,
     words: Vec<u32>,
     ids: Vec<Option<(u32, u32)>>,
     stats: DrawStats,
 }
 
-fn renderer(level: Level, threads: usize, path: RenderPath) -> Renderer {
+/// Returns a renderer with these vectors, threads and path.
+pub fn renderer(level: Level, threads: usize, path: RenderPath) -> Renderer {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let options = RenderOptions::default();
     Renderer::new(RenderOptions { pool: Some(Arc::new(pool)), simd: Some(level), path, ..options })
@@ -42,13 +47,14 @@ fn from_env(name: &str, default: u64) -> u64 {
     std::env::var(name).ok().and_then(|n| n.parse().ok()).unwrap_or(default)
 }
 
-fn plain() -> Renderer {
+/// Returns the plain path.
+pub fn plain() -> Renderer {
     Renderer::new(RenderOptions { path: RenderPath::Plain, ..RenderOptions::default() })
 }
 
 impl Shot {
     /// Returns a random scene for a frame of this size; the seed decides everything.
-    fn random(seed: u64, size: (u32, u32)) -> Shot {
+    pub fn random(seed: u64, size: (u32, u32)) -> Shot {
         let case = random(seed);
         let mut options = SceneOptions::new(size.0, size.1);
         (options.shade, options.hide, options.interp) =
@@ -57,7 +63,8 @@ impl Shot {
         Shot { scene: case.scene, options, format: case.format, size }
     }
 
-    fn draw(&self, renderer: &mut Renderer) -> Drawn {
+    /// Draws the shot twice.
+    pub fn draw(&self, renderer: &mut Renderer) -> Drawn {
         let (width, height) = self.size;
         let mut memory = VideoMemory::new(width, height).unwrap();
         let (mut depth, mut ids) = (None, PickBuffer::new(width, height));

@@ -57,6 +57,9 @@ impl ViewerPosition {
     }
 }
 
+/// Number of lights from which on each tile of a frame has a list of those that reach it.
+pub(crate) const MANY_LIGHTS: usize = 6;
+
 /// A light with the values that do not depend on the surface point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PreparedLight {
@@ -234,6 +237,19 @@ impl Lighting {
     /// Returns the number of lights that can contribute.
     pub fn light_count(&self) -> usize {
         self.prepared_lights.len()
+    }
+
+    /// Returns whether the lights are so many that each tile has a list of those that reach it, and
+    /// some have a radius, a cone or an attenuation.
+    pub fn has_many_of_bounded_reach(&self) -> bool {
+        let is_bounded = |l: &PreparedLight| match l.light.kind {
+            LightKind::Directional { .. } => false,
+            LightKind::Point { attenuation, radius, .. } | LightKind::X3dSpot { attenuation, radius, .. } => {
+                radius < f64::INFINITY || attenuation != Attenuation::NONE
+            }
+            LightKind::Spot { attenuation, .. } => attenuation != Attenuation::NONE,
+        };
+        self.light_count() >= MANY_LIGHTS && self.lights().iter().any(is_bounded)
     }
 
     /// Returns whether the colour of `material` depends on a point's position and normal.

@@ -231,10 +231,16 @@ fn plan_lighting(
             plan.add(Part::InterpolateColors, "lit at the corners", faces, 0);
         }
         _ => {
-            let reason = match (asks.highlight, asks.place) {
-                (true, _) => "SHADE phong: once a pixel, highlights where they reach 1/4 step",
-                (false, true) => "SHADE phong: once a pixel",
-                (false, false) => "SHADE phong: once a pixel, and once a large face of one normal",
+            let by_tile = lighting.has_many_of_bounded_reach()
+                && call.camera.matrices(1.0).is_ok_and(|camera| !camera.is_parallel);
+            let reason = match (asks.highlight, asks.place, by_tile) {
+                (true, _, false) => "SHADE phong: once a pixel, highlights where they reach 1/4 step",
+                (true, _, true) => {
+                    "SHADE phong: once a pixel, by the lights that reach its tile, highlights where they reach 1/4 step"
+                }
+                (false, true, false) => "SHADE phong: once a pixel",
+                (false, true, true) => "SHADE phong: once a pixel, by the lights that reach its tile",
+                (false, false, _) => "SHADE phong: once a pixel, and once a large face of one normal",
             };
             plan.add(Part::LightPixels, reason, lighting.light_count() as u64, 0);
             plan.add(Part::InterpolateNormals, "lit per pixel", faces, 0);

@@ -7,6 +7,7 @@
 use crate::scene::LightingModel;
 use crate::simd::{F32, I32, Mask, Simd};
 use std::f32::consts::FRAC_PI_2;
+use std::f64::consts::PI;
 
 /// Vector of points or directions: x, y, z.
 pub type V3<S> = [<S as Simd>::F; 3];
@@ -52,8 +53,11 @@ pub struct FastLight {
     pub position: LightPosition,
     /// Directions in which it shines.
     pub cone: Cone,
-    /// Distance beyond which it gives nothing.
-    pub radius: f32,
+    /// Square of the distance beyond which it gives nothing, or so little that it is left out: an
+    /// eighth of a step of a byte, over all lights. Below 0 for a light that reaches nothing.
+    pub reach2: f32,
+    /// Square of a cosine below which a point is outside of the cone; below 0 for none.
+    pub least_cosine2: f32,
     /// Ka times the light's own ambient colour.
     pub ambient: [f32; 3],
     /// Kd times the light's colour.
@@ -67,6 +71,13 @@ pub struct FastLight {
     pub attenuation: Option<[f32; 3]>,
     /// True if that sum is clamped to at least 1.
     pub is_clamped: bool,
+}
+
+impl FastLight {
+    /// Returns whether the light has an end: a radius, a cone, an attenuation.
+    fn is_bounded(&self) -> bool {
+        self.reach2 < f32::INFINITY || self.cone != Cone::None
+    }
 }
 
 /// Specular exponent.
@@ -142,6 +153,49 @@ impl MaterialLighting {
         }
     }
 
+    /// Finds the distances beyond which attenuated lights are left out: a light that gives at most m,
+    /// in units of colour, has its share of [`FADED`] where m / (c + l d + q d^2) is that share.
+    pub fn find_faded_distances(&mut self) {
+        let count = self.lights.iter().filter(|l| l.attenuation.is_some()).count();
+        for light in &mut self.lights {
+            let Some([c, l, q]) = light.attenuation.map(|sum| sum.map(f64::from)) else { continue };
+            // Coefficients below 0 may make a far light brighter than a near one.
+            if !(c >= 0.0 && l >= 0.0 && q >= 0.0 && l + q > 0.0) {
+                continue;
+            }
+            let of_channel = |i: usize| {
+                [light.ambient, light.diffuse, light.specular]
+                    .iter()
+                    .map(|part| f64::from(part[i].abs()))
+                    .sum()
+            };
+            let brightest = (0..3).map(of_channel).fold(0.0, f64::max);
+            // c + l d + q d^2 = sum, in a form without cancellation.
+            let sum = brightest * count as f64 / FADED - c;
+            let distance = if sum > 0.0 { 2.0 * sum / (l + (l * l + 4.0 * q * sum).sqrt()) } else { 0.0 };
+            // Rounded up by more than f32 loses.
+            let squared = (distance * distance * (1.0 + 1e-5)) as f32;
+            if squared.is_finite() {
+                light.reach2 = light.reach2.min(squared.max(f32::MIN_POSITIVE));
+            }
+        }
+    }
+
+    /// Finds the cosines below which points are well outside of a cone.
+    pub fn find_least_cosines(&mut self) {
+        for light in &mut self.lights {
+            let cosine = match light.cone {
+                Cone::None => continue,
+                Cone::Power { cos_angle, .. } => f64::from(cos_angle),
+                Cone::Linear { cut_off, .. } => libm::cos(f64::from(cut_off).min(PI)),
+            };
+            // Of wide cones nothing is left out: near a right angle the squares are too small.
+            if cosine > 0.05 {
+                light.least_cosine2 = (cosine * cosine * 0.999) as f32;
+            }
+        }
+    }
+
     /// Creates the lighting of a material that no light reaches, with these constant parts.
     pub const fn constant(diffuse: [f32; 3], specular: [f32; 3]) -> Self {
         MaterialLighting {
@@ -183,18 +237,36 @@ const OPPOSITE: f32 = 1e-4;
 /// Colour that highlights may lack: a quarter of a step of a byte.
 const DARK: f64 = 0.25 / 255.0;
 
+/// Colour that may be lacking of lights that have faded: an eighth of a step of a byte.
+const FADED: f64 = 0.125 / 255.0;
+
+/// Factor of the square of a light's reach beyond which f32 is sure that it ends there.
+pub(super) const NEARLY: f32 = 1.001;
+
 /// Largest attenuation factor, as in the plain path.
 const MAX_FACTOR: f32 = 1e30;
+
+/// Place of points relative to a light.
+struct FromLight<S: Simd> {
+    /// Vector to the light; a unit vector if it is directional.
+    to_light: V3<S>,
+    /// 1 / its length, 0 at the light.
+    inverse: S::F,
+    /// Fraction of the light that arrives: attenuation, radius, cone.
+    strength: S::F,
+}
 
 /// Lights points at `position` with unit normals `normal`, seen along unit `to_viewer`. Neither of the
 /// two places counts if the lighting needs none.
 ///
-/// The power of a highlight is computed where N.L > 0 and the cosine is above
-/// [`FastLight::dark_cosine`] in some lane; the other lanes get 0, so that a lane's colour does not
-/// depend on its neighbours.
+/// A light that reaches none of the `live` lanes is left out early; lanes that it does not reach get
+/// exactly 0 from it, so that a lane's colour does not depend on its neighbours. Likewise the power
+/// of a highlight is computed where N.L > 0 and the cosine is above [`FastLight::dark_cosine`] in
+/// some lane, and the other lanes get 0.
 #[inline(always)]
 pub fn light<S: Simd>(
     s: S,
+    live: S::M,
     lighting: &MaterialLighting,
     position: V3<S>,
     normal: V3<S>,
@@ -206,80 +278,132 @@ pub fn light<S: Simd>(
     let mut specular = splat3(s, lighting.specular);
     let mut needs_f64 = s.mask(0);
     let n_dot_v = dot::<S>(normal, to_viewer);
+    let away2 = dot::<S>(position, position);
     for light in &lighting.lights {
-        let (toward, strength) = match light.position {
-            LightPosition::Toward(d) => (splat3(s, d), one),
+        let has_ambient = light.ambient != [0.0; 3];
+        let (n_dot_l, from) = match light.position {
+            LightPosition::Toward(d) => {
+                let to_light = splat3(s, d);
+                let n_dot_l = dot::<S>(normal, to_light);
+                if !has_ambient && !(live & zero.lt(n_dot_l)).any() {
+                    continue;
+                }
+                (n_dot_l, FromLight::<S> { to_light, inverse: one, strength: one })
+            }
             LightPosition::At(p) => {
                 let d =
                     [s.splat(p[0]) - position[0], s.splat(p[1]) - position[1], s.splat(p[2]) - position[2]];
                 let d2 = dot::<S>(d, d);
-                let away2 = dot::<S>(position, position);
-                needs_f64 = needs_f64 | d2.lt(away2 * s.splat(NEAR_LIGHT * NEAR_LIGHT));
+                let mut is_near = d2.lt(away2 * s.splat(NEAR_LIGHT * NEAR_LIGHT));
+                let mut is_reached = s.mask(u32::MAX);
+                if light.is_bounded() {
+                    let is_unsure = d2.le(s.splat(light.reach2 * NEARLY)) & is_in_cone(s, light, d, d2);
+                    is_reached = is_unsure & d2.le(s.splat(light.reach2));
+                    is_near = is_near & is_unsure;
+                }
+                needs_f64 = needs_f64 | is_near;
+                let n_dot_d = dot::<S>(normal, d);
+                let is_lit = if has_ambient { is_reached } else { is_reached & zero.lt(n_dot_d) };
+                if !(live & is_lit).any() {
+                    continue;
+                }
                 let length = d2.sqrt();
                 // A light at the surface point contributes 0: its direction is made 0.
-                let toward = scale::<S>(d, s.select(zero.lt(d2), one / length, zero));
-                (toward, reach(s, light, length, d2, toward))
+                let inverse = s.select(zero.lt(d2), one / length, zero);
+                let mut strength = attenuation(s, light, length, d2);
+                if light.is_bounded() {
+                    strength = s.select(is_reached, in_cone(s, light, d, inverse, strength), zero);
+                }
+                (n_dot_d * inverse, FromLight::<S> { to_light: d, inverse, strength })
             }
         };
-        if light.ambient != [0.0; 3] {
-            diffuse = add_scaled(s, diffuse, light.ambient, strength);
+        if has_ambient {
+            diffuse = add_scaled(s, diffuse, light.ambient, from.strength);
         }
-        let n_dot_l = dot::<S>(normal, toward);
-        let diffuse_factor = n_dot_l.max(zero) * strength;
-        diffuse = add_scaled(s, diffuse, light.diffuse, diffuse_factor);
-        if light.specular == [0.0; 3] {
-            continue;
-        }
-        let l_dot_v = dot::<S>(toward, to_viewer);
-        let cosine = match lighting.model {
-            LightingModel::Blinn => {
-                // |L + V|^2 = 2 + 2 L.V for unit vectors.
-                let half = (l_dot_v + one).max(zero);
-                let is_opposite = half.lt(s.splat(lighting.exponent.at_least_one() * OPPOSITE));
-                needs_f64 = needs_f64 | (is_opposite & zero.lt(n_dot_l));
-                let length = (half + half).sqrt();
-                s.select(zero.lt(length), (n_dot_l + n_dot_v) / length, zero)
+        diffuse = add_scaled(s, diffuse, light.diffuse, n_dot_l.max(zero) * from.strength);
+        if light.specular != [0.0; 3] {
+            let is_facing = zero.lt(n_dot_l);
+            let l_dot_v = dot::<S>(from.to_light, to_viewer) * from.inverse;
+            let (cosine, is_unsure) = mirror_cosine(s, lighting, n_dot_l, n_dot_v, l_dot_v);
+            needs_f64 = needs_f64 | (is_unsure & is_facing);
+            let is_bright = is_facing & s.splat(light.dark_cosine).lt(cosine);
+            if is_bright.any() {
+                // 0 in the others: powers of small numbers are slow once they are subnormal.
+                let cosine = s.select(is_bright, cosine, zero);
+                let factor = power(s, cosine, lighting.exponent) * from.strength;
+                specular = add_scaled(s, specular, light.specular, s.select(is_bright, factor, zero));
             }
-            _ => (n_dot_l + n_dot_l) * n_dot_v - l_dot_v,
-        };
-        let cosine = cosine.max(zero).min(one);
-        let is_bright = zero.lt(n_dot_l) & s.splat(light.dark_cosine).lt(cosine);
-        if is_bright.any() {
-            // 0 in the others: powers of small numbers are slow once they are subnormal.
-            let cosine = s.select(is_bright, cosine, zero);
-            let specular_factor = power(s, cosine, lighting.exponent) * strength;
-            let specular_factor = s.select(is_bright, specular_factor, zero);
-            specular = add_scaled(s, specular, light.specular, specular_factor);
         }
     }
     LitPoints { diffuse, specular, needs_f64 }
 }
 
-/// Returns the fraction of a light that reaches a point: attenuation, radius, cone.
+/// Returns R.V or, in Blinn's model, N.H, in 0..1, and the lanes where f32 has too few digits of it.
 #[inline(always)]
-fn reach<S: Simd>(s: S, light: &FastLight, length: S::F, d2: S::F, toward: V3<S>) -> S::F {
+fn mirror_cosine<S: Simd>(
+    s: S,
+    lighting: &MaterialLighting,
+    n_dot_l: S::F,
+    n_dot_v: S::F,
+    l_dot_v: S::F,
+) -> (S::F, S::M) {
     let (zero, one) = (s.splat(0.0), s.splat(1.0));
-    let mut strength = one;
-    if let Some([c, l, q]) = light.attenuation {
-        let sum = s.splat(c) + (s.splat(l) * length + s.splat(q) * d2);
-        let sum = if light.is_clamped { sum.max(one) } else { sum };
-        strength = (one / sum).min(s.splat(MAX_FACTOR)).max(s.splat(-MAX_FACTOR));
-        strength = s.select(zero.lt(d2), strength, zero);
-    } else if light.ambient != [0.0; 3] {
-        strength = s.select(zero.lt(d2), strength, zero);
+    let (cosine, is_unsure) = match lighting.model {
+        LightingModel::Blinn => {
+            // |L + V|^2 = 2 + 2 L.V for unit vectors.
+            let half = (l_dot_v + one).max(zero);
+            let is_opposite = half.lt(s.splat(lighting.exponent.at_least_one() * OPPOSITE));
+            let length = (half + half).sqrt();
+            (s.select(zero.lt(length), (n_dot_l + n_dot_v) / length, zero), is_opposite)
+        }
+        _ => ((n_dot_l + n_dot_l) * n_dot_v - l_dot_v, s.mask(0)),
+    };
+    (cosine.max(zero).min(one), is_unsure)
+}
+
+/// Returns the fraction of a light that is left at a distance, without its radius.
+#[inline(always)]
+fn attenuation<S: Simd>(s: S, light: &FastLight, length: S::F, d2: S::F) -> S::F {
+    let (zero, one) = (s.splat(0.0), s.splat(1.0));
+    let strength = match light.attenuation {
+        Some([c, l, q]) => {
+            let sum = s.splat(c) + (s.splat(l) * length + s.splat(q) * d2);
+            let sum = if light.is_clamped { sum.max(one) } else { sum };
+            (one / sum).min(s.splat(MAX_FACTOR)).max(s.splat(-MAX_FACTOR))
+        }
+        None if light.ambient == [0.0; 3] => return one,
+        None => one,
+    };
+    s.select(zero.lt(d2), strength, zero)
+}
+
+/// Returns the lanes that are not well outside of a light's cone, without a root.
+#[inline(always)]
+fn is_in_cone<S: Simd>(s: S, light: &FastLight, d: V3<S>, d2: S::F) -> S::M {
+    let (Cone::Power { axis, .. } | Cone::Linear { axis, .. }) = light.cone else { return s.mask(u32::MAX) };
+    if light.least_cosine2 < 0.0 {
+        return s.mask(u32::MAX);
     }
-    if light.radius < f32::INFINITY {
-        strength = s.select(length.le(s.splat(light.radius)), strength, zero);
-    }
+    // d is the vector to the light, against the axis.
+    let along = dot::<S>(d, splat3(s, axis));
+    along.le(s.splat(0.0)) & (d2 * s.splat(light.least_cosine2)).le(along * along)
+}
+
+/// Returns the part of `strength` that a light's cone lets through to points; `d` is the vector to the
+/// light, `inverse` 1 / its length.
+#[inline(always)]
+fn in_cone<S: Simd>(s: S, light: &FastLight, d: V3<S>, inverse: S::F, strength: S::F) -> S::F {
+    let (zero, one) = (s.splat(0.0), s.splat(1.0));
+    let (Cone::Power { axis, .. } | Cone::Linear { axis, .. }) = light.cone else { return strength };
+    let cos = zero - dot::<S>(d, splat3(s, axis)) * inverse;
     match light.cone {
         Cone::None => strength,
-        Cone::Power { axis, cos_angle, exponent } => {
-            let cos = zero - dot::<S>(toward, splat3(s, axis));
+        Cone::Power { cos_angle, exponent, .. } => {
             let part = power(s, cos.max(zero).min(one), exponent);
             s.select(s.splat(cos_angle).le(cos), strength * part, zero)
         }
-        Cone::Linear { axis, beam, cut_off } => {
-            let angle = acos(s, zero - dot::<S>(toward, splat3(s, axis)));
+        Cone::Linear { beam, cut_off, .. } => {
+            let angle = acos(s, cos);
             let part = (s.splat(cut_off) - angle) / s.splat(cut_off - beam);
             let part = s.select(angle.le(s.splat(beam)), one, part);
             s.select(angle.lt(s.splat(cut_off)), strength * part, zero)

@@ -45,6 +45,7 @@ mod shading_state;
 mod texel_fetch;
 mod texture_queue;
 mod tile_buffers;
+mod tile_lights;
 mod tile_rows;
 mod traverse;
 mod vertex;

@@ -16,7 +16,9 @@ use super::hierarchical_z::HierarchicalZKernel;
 use super::pixel_resolve::PixelResolve;
 use super::resolve::ResolveKernel;
 use super::scratch::Scratch;
+use super::shading_state::Shading;
 use super::tile_buffers::{ID_STRIDE, Ids, NO_FACE, Tile};
+use super::tile_lights::lights_of_tile;
 use super::traverse::{RasterKernel, RasterStats};
 use crate::executor::{Executor, join};
 use crate::math::coverage::PixelRect;
@@ -304,7 +306,15 @@ impl TileRow<'_> {
         let name = self.draw.job.name;
         match self.draw.job.shading.maps {
             None => {
-                let faces = self.faces;
+                let bindings = lights_of_tile(self.faces.shading, reach);
+                let of_tile = bindings.as_deref().map(|bindings| Shading { bindings, ..*self.faces.shading });
+                // Of this lifetime, as the lights are.
+                let exact_face = |face: u32| (self.faces.exact_face)(face);
+                let faces = Faces {
+                    shading: of_tile.as_ref().unwrap_or(self.faces.shading),
+                    exact_face: &exact_face,
+                    ..self.faces
+                };
                 self.draw.level.dispatch_long(ResolveKernel { faces, reach, tile, bytes, pick, name });
             }
             Some(shade) => PixelResolve { shade, reach, tile, bytes, pick, name }.run(),

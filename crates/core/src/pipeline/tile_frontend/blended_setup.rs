@@ -65,7 +65,8 @@ impl PreparedDraw<'_> {
             let key = address(material);
             if self.lighting.depends_on_point(material) && lightings.iter().all(|l| l.0 != key) {
                 let lights = recycled.pop().unwrap_or_default();
-                let lighting = self.lighting.of_material(material, |p| p - self.space.origin, |d| d, lights);
+                let point = |p| p - self.space.origin;
+                let lighting = self.lighting.of_material(material, self.is_tinted(), point, |d| d, lights);
                 lightings.push((key, lighting));
             }
         }

@@ -100,11 +100,22 @@ impl PreparedDraw<'_> {
                 false => Vec::new(),
             };
             MaterialBinding {
-                lighting: lighting.of_material(material, |p| space.point(p), |d| space.axes * d, lights),
+                lighting: lighting.of_material(
+                    material,
+                    self.is_tinted(),
+                    |p| space.point(p),
+                    |d| space.axes * d,
+                    lights,
+                ),
                 texture: texture.map(|t| TextureSampler::new(t, t.sampling(self.call.sampling))),
             }
         }));
         bindings
+    }
+
+    /// Returns whether vertex colours multiply the light, which may make it brighter.
+    pub(super) fn is_tinted(&self) -> bool {
+        !self.call.geometry.mesh.colors.is_empty()
     }
 
     /// Computes the tables that lighting needs, and returns the source of colours.
@@ -262,10 +273,11 @@ impl Lighting {
     }
 
     /// Returns the lighting of a material that [`is_in_range`](Self::is_in_range), with its lights
-    /// in a recycled list.
+    /// in a recycled list. Faint light is left out unless something `is_tinted`.
     pub(super) fn of_material(
         &self,
         material: &Material,
+        is_tinted: bool,
         point: impl Fn(DVec3) -> DVec3,
         direction: impl Fn(DVec3) -> DVec3,
         mut lights: Vec<FastLight>,
@@ -285,6 +297,10 @@ impl Lighting {
             needs_place: self.depends_on_place(material),
         };
         material_lighting.find_dark_cosines();
+        material_lighting.find_least_cosines();
+        if !is_tinted {
+            material_lighting.find_faded_distances();
+        }
         material_lighting
     }
 }
@@ -329,11 +345,13 @@ impl PreparedLight {
         let fast = FastLight {
             position,
             cone,
-            radius: radius as f32,
+            // A negative radius reaches nothing, and has no square.
+            reach2: if radius < 0.0 { -1.0 } else { (radius * radius) as f32 },
             ambient: f32s(material.ka * light.ambient),
             diffuse: f32s(material.kd * light.color),
             specular: f32s(material.ks * light.color),
             dark_cosine: -1.0,
+            least_cosine2: -1.0,
             attenuation: (attenuation != Attenuation::NONE)
                 .then(|| [attenuation.c, attenuation.l, attenuation.q].map(|v| v as f32)),
             is_clamped: light.clamp_attenuation,
