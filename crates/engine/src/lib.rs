@@ -18,6 +18,7 @@ pub mod resources;
 pub mod session;
 pub mod snapshot_names;
 mod stats;
+mod steps;
 pub mod stream;
 pub mod surfaces;
 #[cfg(feature = "threads")]
@@ -29,6 +30,7 @@ pub use limits::Limits;
 pub use resources::{Resource, ResourceKind, ResourceTable};
 pub use session::{Audience, Session};
 pub use stats::Stats;
+pub use steps::{Step, steps};
 pub use stream::{CommandError, Notice, Output, Stream, StreamState, stated_size};
 #[cfg(feature = "threads")]
 pub use workers::worker_pool;

@@ -6,7 +6,7 @@
 use super::super::run::is_glut_program;
 use super::calls::{Called, plain};
 use super::sheet::{By, Input, Item, Wanted};
-use super::watch::{self, End, Limits, Watched};
+use super::watch::{self, End, Limits, Said, Watched};
 use crate::memory::{SharedFile, VideoMemory};
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
@@ -133,6 +133,7 @@ impl Program {
             processes: PROCESSES,
             output: if is_read { OUTPUT } else { 1 << 16 },
             ends_by_output: is_read,
+            said: Said::Last,
         };
         watch::run(&mut command, limits).map_err(failed)
     }

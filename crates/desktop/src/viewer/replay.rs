@@ -8,6 +8,7 @@
 use super::Wishes;
 use super::difference::{Difference, Work};
 use super::frame::ViewerFrame;
+use super::walk::Walk;
 use fbptr_command::Command;
 use fbptr_core::memory::VideoMemory;
 use fbptr_core::pipeline::{RenderOptions, RenderPath, Renderer};
@@ -56,6 +57,24 @@ impl Playing {
         engine.set_view_overrides(view_overrides);
         let playback = Playback::new(&mut engine, bytes);
         Ok(Playing { engine, playback, view_overrides, used: 0, has_ended: false, notices: Vec::new() })
+    }
+
+    /// Returns whether the input is one stream of commands, and no recording.
+    pub fn is_stream(&self) -> bool {
+        self.playback.is_stream()
+    }
+
+    /// Plays the commands that are complete in the first bytes of a stream.
+    pub fn play_bytes(&mut self, bytes: &[u8]) {
+        let mut out = Output::default();
+        while !self.has_ended && self.used < bytes.len() {
+            let budget = Budget { pace: Pace::OneFrame, ..Budget::NONE };
+            let rest = &bytes[self.used..];
+            let (taken, state) = self.playback.feed(&mut self.engine, rest, &mut out, budget);
+            self.used += taken;
+            self.has_ended = state == StreamState::Ended;
+            out.replies.clear();
+        }
     }
 
     /// Plays until `frames` frames were presented, or to the end.
@@ -177,6 +196,12 @@ impl Replay {
         let tail =
             |line: &str, words: usize| line.split_whitespace().skip(words).collect::<Vec<_>>().join(" ");
         vec![format!("depth {}", tail(&depth, 3)), format!("pick {}", tail(&pick, 3))]
+    }
+
+    /// Returns the last figure of the shown frame, to be stepped through.
+    pub fn walk(&self, wishes: &Wishes) -> Result<Walk, String> {
+        let used = self.playing.as_ref().map_or(0, |playing| playing.used);
+        Walk::new(&self.bytes[..used.min(self.bytes.len())], &self.make_engine, wishes.view_overrides())
     }
 
     /// Returns the work that computes the difference to the picture of the plain render path.

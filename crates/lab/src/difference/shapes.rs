@@ -284,16 +284,20 @@ impl<'a> Judge<'a> {
         if [-1, 1].iter().any(|d| is_drawn(moved(at, p.minor, *d))) {
             return verdict(Class::OutsideLine, None);
         }
-        let to_end = |sign: i64, count: i64| {
-            (0..=count).all(|k| {
-                let mut place = moved(at, p.major, sign * k);
-                let q = along(ends, place);
-                // The line's own pixel of that step.
-                place = moved(place, q.minor, (q.distance() + 0.499).floor() as i64);
-                !self.mine(place).is_some_and(|c| is_at(c, q.step))
-            })
+        // The line's own pixel so many steps further.
+        let is_lit = |by: i64| {
+            let place = moved(at, p.major, by);
+            let q = along(ends, place);
+            let place = moved(place, q.minor, (q.distance() + 0.499).floor() as i64);
+            self.mine(place).is_some_and(|c| is_at(c, q.step))
         };
-        match to_end(1, p.steps - p.step) || to_end(-1, p.step) {
+        let (from, to) = (-p.step, p.steps - p.step);
+        // Other lines may light the ends.
+        let inside = if p.steps > 4 { from + 1..=to - 1 } else { from..=to };
+        if !inside.into_iter().any(is_lit) {
+            return verdict(Class::MissingLine, None);
+        }
+        match !(0..=to).any(is_lit) || !(from..=0).any(is_lit) {
             true => verdict(Class::MissingAtEnd, None),
             false => verdict(Class::GapInLine, None),
         }

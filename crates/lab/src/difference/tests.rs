@@ -153,6 +153,23 @@ fn missing_at_the_end_and_a_gap() {
     only(&compare(&mine, &exact, &[shape]), Class::GapInLine);
 }
 
+#[test]
+fn a_whole_line_is_missing() {
+    let ends = [[[2, 5], [52, 18]], [[52, 18], [30, 40]], [[8, 40], [9, 40]]];
+    let mut mine = memory();
+    draw2d::line(&mut mine, ends[0][0], ends[0][1], RED.into(), Blend::Replace);
+    let mut exact = mine.clone();
+    ends[1..].iter().for_each(|[a, b]| draw2d::line(&mut exact, *a, *b, RED.into(), Blend::Replace));
+    let shapes = ends.map(|ends| Shape::Line { ends, colors: Some([RED; 2]), is_blended: false });
+    // The end that both have is lit.
+    let d = compare(&mine, &exact, &shapes);
+    only(&d, Class::MissingLine);
+    assert!(
+        d.wrong == 24 && d.to_string().contains("a whole line is missing: the line from (52, 18)"),
+        "{d}"
+    );
+}
+
 fn exact_row(exact: &VideoMemory, x: i32) -> i32 {
     (0..48).find(|y| exact.get_pixel(x, *y).unwrap() == RED).unwrap()
 }
