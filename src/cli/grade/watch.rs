@@ -82,6 +82,8 @@ pub fn is_over() -> bool {
 /// Output that a program left.
 #[derive(Debug)]
 pub struct Watched {
+    /// Number of the process that was run.
+    pub pid: u32,
     pub end: End,
     pub stdout: Vec<u8>,
     /// The first or last bytes of standard error.
@@ -131,7 +133,7 @@ pub fn run(command: &mut Command, limits: Limits) -> io::Result<Watched> {
     let _ = child.wait();
     while let Ok(Some(_)) = wait(WaitOptions::NOHANG) {}
     let take = |bytes: Receiver<Vec<u8>>| bytes.recv_timeout(ORDER).unwrap_or_default();
-    Ok(Watched { end, stdout: take(stdout), stderr: take(stderr) })
+    Ok(Watched { pid: child.id(), end, stdout: take(stdout), stderr: take(stderr) })
 }
 
 /// Reads a pipe to its end on a thread of its own, and keeps its first or last bytes.

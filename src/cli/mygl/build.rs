@@ -195,7 +195,8 @@ fn by_files(folder: &Path, support: &Path, compile: Compile<'_>) -> Result<Built
     }
     let mut link = Command::new(if cpp.is_empty() { "cc" } else { "c++" });
     link.args(&objects).arg("-o").arg(built.program()).arg("-L").arg(support.join("lib"));
-    run(link.args(["-lglut", "-lGLU", "-lGL", "-lm"]), compile)?;
+    // A program that uses none of GLUT is not one of GLUT.
+    run(link.args(["-Wl,--as-needed", "-lglut", "-lGLU", "-lGL", "-lm"]), compile)?;
     Ok(built)
 }
 

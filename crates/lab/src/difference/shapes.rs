@@ -12,6 +12,7 @@
 use super::pixels::{Pixels, pixel};
 use super::{Class, distance};
 use fbptr_core::memory::Rgba;
+use std::cell::RefCell;
 use std::collections::HashMap;
 use std::fmt;
 
@@ -119,6 +120,19 @@ pub(super) struct Judge<'a> {
     geometry: &'a Geometry<'a>,
     pixels: &'a Pixels<'a>,
     cells: HashMap<[i64; 2], Vec<u32>>,
+    /// Lines that were looked at as a whole, by their addresses.
+    lines: RefCell<HashMap<*const Shape, Presence>>,
+}
+
+/// Part of a line that is in a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Presence {
+    /// Some of it, in its place or one beside it.
+    Some,
+    /// Nothing but perhaps its ends, which other lines may have.
+    Nothing,
+    /// Nothing in its colour, but something else.
+    OtherColors,
 }
 
 /// A place on an ideal line or circle.
@@ -196,7 +210,7 @@ impl<'a> Judge<'a> {
                 break;
             }
         }
-        Judge { geometry, pixels, cells }
+        Judge { geometry, pixels, cells, lines: RefCell::default() }
     }
 
     /// Returns the figures near a pixel, the latest drawn first.
@@ -259,11 +273,7 @@ impl<'a> Judge<'a> {
     ) -> Option<Verdict> {
         let p = along(ends, at);
         let (found, right) = (self.mine(at)?, self.exact(at)?);
-        // Without a known colour, whatever is not background.
-        let is_at = |c: Rgba, step: i64| match colors {
-            Some(colors) => distance(c, mix(colors, step.clamp(0, p.steps), p.steps)) <= STEPS,
-            None => !self.pixels.is_same(c, self.pixels.background),
-        };
+        let is_at = |c: Rgba, step: i64| self.is_of_step(colors, c, step, p.steps);
         let is_of_line = |c: Rgba| !is_blended && is_at(c, p.step);
         let verdict = |class, distance: Option<f64>| {
             Some(Verdict { class, distance, subject: shape.to_string(), is_certain: false })
@@ -280,27 +290,71 @@ impl<'a> Judge<'a> {
         if colors.is_some_and(|c| c[0] != c[1] && on_ramp(c, found)) {
             return verdict(Class::Ramp, None);
         }
+        match self.presence(shape, ends, colors) {
+            Presence::Nothing => return verdict(Class::MissingLine, None),
+            // A law may explain them.
+            Presence::OtherColors => return None,
+            Presence::Some => {}
+        }
         let is_drawn = |at: [i64; 2]| self.mine(at).is_some_and(is_of_line);
         if [-1, 1].iter().any(|d| is_drawn(moved(at, p.minor, *d))) {
             return verdict(Class::OutsideLine, None);
         }
-        // The line's own pixel so many steps further.
-        let is_lit = |by: i64| {
-            let place = moved(at, p.major, by);
-            let q = along(ends, place);
-            let place = moved(place, q.minor, (q.distance() + 0.499).floor() as i64);
-            self.mine(place).is_some_and(|c| is_at(c, q.step))
+        let to_end = |sign: i64, count: i64| {
+            (0..=count).all(|k| {
+                let mut place = moved(at, p.major, sign * k);
+                let q = along(ends, place);
+                // The line's own pixel of that step.
+                place = moved(place, q.minor, (q.distance() + 0.499).floor() as i64);
+                !self.mine(place).is_some_and(|c| is_at(c, q.step))
+            })
         };
-        let (from, to) = (-p.step, p.steps - p.step);
-        // Other lines may light the ends.
-        let inside = if p.steps > 4 { from + 1..=to - 1 } else { from..=to };
-        if !inside.into_iter().any(is_lit) {
-            return verdict(Class::MissingLine, None);
-        }
-        match !(0..=to).any(is_lit) || !(from..=0).any(is_lit) {
+        match to_end(1, p.steps - p.step) || to_end(-1, p.step) {
             true => verdict(Class::MissingAtEnd, None),
             false => verdict(Class::GapInLine, None),
         }
+    }
+
+    /// Returns whether a colour is that of a line's step; without a known colour, whatever is not
+    /// background.
+    fn is_of_step(&self, colors: Option<&[Rgba; 2]>, c: Rgba, step: i64, steps: i64) -> bool {
+        match colors {
+            Some(colors) => distance(c, mix(colors, step.clamp(0, steps), steps)) <= STEPS,
+            None => !self.pixels.is_same(c, self.pixels.background),
+        }
+    }
+
+    /// Returns what of a line is in the picture.
+    fn presence(&self, shape: &Shape, ends: &[[i32; 2]; 2], colors: Option<&[Rgba; 2]>) -> Presence {
+        if let Some(known) = self.lines.borrow().get(&std::ptr::from_ref(shape)) {
+            return *known;
+        }
+        let first = ends[0].map(i64::from);
+        let Along { steps, major, .. } = along(ends, first);
+        // Other lines may light the ends, and pixels that they cross.
+        let [from, to] = if steps > 4 { [1, steps - 1] } else { [0, steps] };
+        // The steps in the frame alone.
+        let m = usize::from(major[0] == 0);
+        let last = i64::from(self.pixels.size[m]) - 1 - first[m];
+        let (least, most) = if major[m] > 0 { (-first[m], last) } else { (-last, first[m]) };
+        let [mut count, mut near, mut empty] = [0_u64; 3];
+        for step in from.max(least)..=to.min(most) {
+            let place = moved(first, major, step);
+            let q = along(ends, place);
+            let place = moved(place, q.minor, (q.distance() + 0.499).floor() as i64);
+            let Some(found) = self.mine(place) else { continue };
+            let is_found = |at| self.mine(at).is_some_and(|c| self.is_of_step(colors, c, step, steps));
+            count += 1;
+            near += u64::from((-1..=1).any(|d| is_found(moved(place, q.minor, d))));
+            empty += u64::from(self.pixels.is_same(found, self.pixels.background));
+        }
+        let presence = match (near * 10 <= count, empty * 2 >= count) {
+            (false, _) => Presence::Some,
+            (true, true) => Presence::Nothing,
+            (true, false) => Presence::OtherColors,
+        };
+        self.lines.borrow_mut().insert(shape, presence);
+        presence
     }
 
     fn circle(&self, shape: &Shape, c: [i32; 2], radius: i32, color: Rgba, at: [i64; 2]) -> Option<Verdict> {

@@ -52,7 +52,7 @@ pub fn call(declared: &Declared, figure: &Figure, is_cpp: bool) -> Result<Call, 
             let mut methods = declared.records.iter().filter(|r| r.methods.iter().any(|name| plain(name)));
             if let (Some(record), true) = (methods.next(), found.is_empty()) {
                 let class = record.names.first().map_or("a class", |name| name);
-                why.push(format!("a function of {class} is not called, only one of its own"));
+                why.push(format!("a function of {class} is not called, only one outside of a class"));
             }
             found.sort_by_key(|(colors, is_whole, _)| (usize::MAX - colors, !is_whole));
             found.into_iter().next().map(|(_, _, call)| call)
@@ -244,8 +244,8 @@ mod tests {
             "struct V { int x = 0, y; C c; V(int x, int y) {} }; struct C { unsigned char r{0}, g, b; };";
         let found = of("LINE", &format!("{vertex} void DrawLine(V v[2]) {{}}"));
         for part in [
-            "fbptr_1.b = (unsigned char)(fbptr_c[0] & 255);",
-            "(fbptr_c[1] & 255); fbptr_2.c = fbptr_3;",
+            "fbptr_1.b = (unsigned char)(fbptr_c[0] >> 0 & 255);",
+            "(fbptr_c[1] >> 0 & 255); fbptr_2.c = fbptr_3;",
             "V fbptr_4[] = { fbptr_0, fbptr_2 }; DrawLine(fbptr_4);",
         ] {
             assert!(found.contains(part), "{part}: {found}");
