@@ -178,7 +178,7 @@ fn sheets_of_the_python_framework_need_its_package_and_others_do_not() {
         ("echo fbptr", "-m pip install 'fbptr[numpy]'"),
         ("exit 1", "it is no Python 3 that runs"),
     ] {
-        let python = folder.file("python", &format!("#!/bin/sh\n{script}\n"));
+        let python = folder.file("python", format!("#!/bin/sh\n{script}\n"));
         std::fs::set_permissions(&python, PermissionsExt::from_mode(0o755)).unwrap();
         let ended = run(&["grade", "R1", "--python", &python, "--", "tests"], b"");
         assert!(ended.status.code() == Some(2) && err(&ended).contains(said), "{script}: {}", err(&ended));

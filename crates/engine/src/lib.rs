@@ -18,19 +18,19 @@ pub mod resources;
 pub mod session;
 pub mod snapshot_names;
 mod stats;
-mod steps;
 pub mod stream;
 pub mod surfaces;
 #[cfg(feature = "threads")]
 pub mod workers;
 
 pub use budget::{Budget, Pace};
-pub use engine::{Dialect, Effect, Engine, OutputState, OutputStatus, Status, figure_numbers};
+pub use engine::{
+    Dialect, Effect, Engine, OutputState, OutputStatus, Status, Step, figure_numbers, figure_steps,
+};
 pub use limits::Limits;
 pub use resources::{Resource, ResourceKind, ResourceTable};
 pub use session::{Audience, Session};
 pub use stats::Stats;
-pub use steps::{Step, steps};
 pub use stream::{CommandError, Notice, Output, Stream, StreamState, stated_size};
 #[cfg(feature = "threads")]
 pub use workers::worker_pool;

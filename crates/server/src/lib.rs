@@ -12,7 +12,7 @@
 pub use fbptr_engine::{
     Audience, Budget, CommandError, Dialect, Effect, Engine, Limits, Notice, Output, OutputState,
     OutputStatus, Pace, Resource, ResourceKind, ResourceTable, Session, Stats, Status, Step, Stream,
-    StreamState, figure_numbers, stated_size, steps, worker_pool,
+    StreamState, figure_numbers, figure_steps, stated_size, worker_pool,
 };
 
 mod admission;

@@ -1,7 +1,7 @@
 //! `step`: the last command once more, pixel by pixel, with the numbers that decide each.
 //!
 //! In: the command's line, and the frame before and after it. Out: its pixels, as
-//! [`crate::server::steps`] has them, which the viewer steps through as well. Tested by
+//! [`crate::server::figure_steps`] has them, which the viewer steps through as well. Tested by
 //! `tests/cli/draw.rs`.
 
 use crate::command::{Command, Decoder, EndOfInput, Flow, Limits, Sink, StreamError, StreamPosition};
@@ -10,7 +10,7 @@ use crate::server::Step;
 
 /// Returns the pixels of the command of `line`.
 pub(super) fn steps(line: &str, before: &VideoMemory, after: &VideoMemory) -> Vec<Step> {
-    crate::server::steps(First::of(line).as_ref(), before, after)
+    crate::server::figure_steps(First::of(line).as_ref(), before, after)
 }
 
 /// Keeps the first command of a stream.

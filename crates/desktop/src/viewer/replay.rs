@@ -8,7 +8,6 @@
 use super::Wishes;
 use super::difference::{Difference, Work};
 use super::frame::ViewerFrame;
-use super::walk::Walk;
 use fbptr_command::Command;
 use fbptr_core::memory::VideoMemory;
 use fbptr_core::pipeline::{RenderOptions, RenderPath, Renderer};
@@ -198,10 +197,10 @@ impl Replay {
         vec![format!("depth {}", tail(&depth, 3)), format!("pick {}", tail(&pick, 3))]
     }
 
-    /// Returns the last figure of the shown frame, to be stepped through.
-    pub fn walk(&self, wishes: &Wishes) -> Result<Walk, String> {
+    /// Returns the bytes up to the shown frame, and the factory of the engine that they are played on.
+    pub fn played(&self) -> (&[u8], &MakeEngine) {
         let used = self.playing.as_ref().map_or(0, |playing| playing.used);
-        Walk::new(&self.bytes[..used.min(self.bytes.len())], &self.make_engine, wishes.view_overrides())
+        (&self.bytes[..used.min(self.bytes.len())], &self.make_engine)
     }
 
     /// Returns the work that computes the difference to the picture of the plain render path.

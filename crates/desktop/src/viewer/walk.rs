@@ -4,14 +4,13 @@
 //! one pixel after the other, and the numbers that decide each. Right is: at the last pixel the picture
 //! is the one that the figure has made; what the stream draws after it is left out.
 
-use super::Viewer;
-use super::replay::{MakeEngine, Playing};
-use super::{Show, Subject};
+use super::replay::{Playing, Replay};
+use super::{Show, Subject, Viewer};
 use fbptr_command::{Command, Decoder, Figure, Flow, Limits, Sink, StreamError, StreamPosition};
 use fbptr_core::memory::{Rgba, VideoMemory};
 use fbptr_core::pipeline::RenderPath;
 use fbptr_core::scene::ViewOverrides;
-use fbptr_server::{Step, steps};
+use fbptr_server::{Step, figure_steps};
 
 /// A figure whose pixels are shown one by one.
 pub(super) struct Walk {
@@ -24,8 +23,9 @@ pub(super) struct Walk {
 }
 
 impl Walk {
-    /// Returns the last figure that has numbers in `bytes`, with none of its pixels.
-    pub fn new(bytes: &[u8], make_engine: &MakeEngine, overrides: ViewOverrides) -> Result<Walk, String> {
+    /// Returns the last figure with numbers of the shown frame, with none of its pixels.
+    pub fn new(replay: &Replay, overrides: ViewOverrides) -> Result<Walk, String> {
+        let (bytes, make_engine) = replay.played();
         let mut last = LastFigure::default();
         last.read(bytes);
         let Some((command, place, end)) = last.found else {
@@ -38,7 +38,7 @@ impl Walk {
         playing.play_bytes(&bytes[..place.byte as usize]);
         let picture = playing.memory().clone();
         playing.play_bytes(&bytes[..end]);
-        let found = steps(Some(&command), &picture, playing.memory());
+        let found = figure_steps(Some(&command), &picture, playing.memory());
         if found.is_empty() {
             return Err("the last figure changes no pixel".to_owned());
         }
@@ -97,7 +97,7 @@ impl Viewer {
         };
         (self.is_paused, self.show) = (true, Show::Picture);
         if self.walk.is_none() {
-            match replay.walk(&self.wishes) {
+            match Walk::new(replay, self.wishes.view_overrides()) {
                 Ok(walk) => self.walk = Some(Box::new(walk)),
                 Err(message) => return self.say(message),
             }

@@ -22,7 +22,7 @@ use super::compiled::{Fault, Refusal, is_error};
 use crate::memory::parse_color;
 use copy::{copy_folder, is_own};
 use driver::{Call, call};
-use names::{FIGURES, Figure};
+use names::FIGURES;
 use source::Declared;
 use std::ffi::OsStr;
 use std::fmt::Write;
@@ -261,25 +261,24 @@ pub fn prepare(folder: &Path, copy: &Path) -> Result<Prepared, Refusal> {
     });
     let mut entries: Vec<Entry> = entries.collect();
     entries.sort_by_key(|entry| !entry.is_main);
-    let all = entries.into_iter().map(|entry| {
-        let declared = seen_by(&entry, &files);
-        let called =
-            FIGURES.iter().map(|figure: &Figure| (figure.verb, call(&declared, figure, entry.is_cpp())));
-        let called: Vec<(&'static str, Result<Call, String>)> = called.collect();
-        (entry, called)
-    });
-    let all: Vec<(Entry, Vec<(&'static str, Result<Call, String>)>)> = all.collect();
+    let mut all: Vec<(Entry, Called)> = Vec::new();
+    for entry in entries {
+        let (declared, mut called) = (seen_by(&entry, &files), Called::default());
+        for figure in &FIGURES {
+            match call(&declared, figure, entry.is_cpp()) {
+                Ok(call) => called.calls.push(call),
+                Err(why) => called.lost.push((figure.verb, why)),
+            }
+        }
+        all.push((entry, called));
+    }
     // Which of several is compiled is the program's own choice: the first is told.
-    let Some((_, first)) = all.first() else {
+    let Some(called) = all.first().map(|(_, called)| called.clone()) else {
         let text = format!("no function {ENTRY} is defined, which the framework calls");
         return Err(Refusal::Fault(Fault { text, errors: Vec::new() }));
     };
-    let calls = first.iter().filter_map(|(_, call)| call.as_ref().ok().cloned()).collect();
-    let lost = first.iter().filter_map(|(verb, call)| Some((*verb, call.as_ref().err()?.clone()))).collect();
-    let entries = all
-        .into_iter()
-        .map(|(entry, calls)| (entry, calls.into_iter().filter_map(|(_, call)| call.ok()).collect()));
-    Ok(Prepared { entries: entries.collect(), called: Called { calls, lost } })
+    let entries = all.into_iter().map(|(entry, called)| (entry, called.calls)).collect();
+    Ok(Prepared { entries, called })
 }
 
 /// Returns what all sources declare, as a file sees it.

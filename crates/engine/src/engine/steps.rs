@@ -5,7 +5,7 @@
 //! everything else row by row), each with its colour and a line of text. Right is: the pixels drawn one
 //! after the other make the frame that the command has made.
 
-use crate::engine::figure_numbers;
+use super::figure_numbers;
 use fbptr_command::{Command, Figure};
 use fbptr_core::memory::{Rgba, VideoMemory};
 
@@ -25,7 +25,7 @@ pub struct Step {
 
 /// Returns the pixels that a command changed from `before` to `after`, and of lines and circles those
 /// too that had the colour already; without a command, the pixels without their numbers.
-pub fn steps(command: Option<&Command>, before: &VideoMemory, after: &VideoMemory) -> Vec<Step> {
+pub fn figure_steps(command: Option<&Command>, before: &VideoMemory, after: &VideoMemory) -> Vec<Step> {
     let (width, size) = (after.width() as usize, [after.width(), after.height()]);
     let pixels = before.bytes().chunks_exact(4).zip(after.bytes().chunks_exact(4)).enumerate();
     let is_walk = matches!(command, Some(Command::Figure(Figure::Line { .. } | Figure::Circle { .. })));
@@ -85,7 +85,7 @@ mod tests {
     use fbptr_core::draw2d::{self, Blend, RampColor};
 
     fn of(line: &str, before: &VideoMemory, after: &VideoMemory) -> Vec<Step> {
-        steps(Command::parse(line.as_bytes(), None).ok().as_ref(), before, after)
+        figure_steps(Command::parse(line.as_bytes(), None).ok().as_ref(), before, after)
     }
 
     #[test]
