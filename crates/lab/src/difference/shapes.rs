@@ -231,14 +231,18 @@ impl<'a> Judge<'a> {
     /// Returns whether a pixel and its neighbour are exchanged where an ideal line passes midway.
     pub fn is_tie(&self, at: [u32; 2]) -> bool {
         let place = at.map(i64::from);
+        let is_same = |a: Option<Rgba>, b: Option<Rgba>| match (a, b) {
+            (Some(a), Some(b)) => self.pixels.is_same(a, b),
+            _ => a == b,
+        };
         self.near(at).any(|shape| {
             let Shape::Line { ends, .. } = shape else { return false };
             let p = along(ends, place);
             let twin = moved(place, p.minor, 1);
             p.is_inside()
                 && p.twice.abs() == p.divisor
-                && self.mine(twin) == self.exact(place)
-                && self.mine(place) == self.exact(twin)
+                && is_same(self.mine(twin), self.exact(place))
+                && is_same(self.mine(place), self.exact(twin))
         })
     }
 

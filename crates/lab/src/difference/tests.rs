@@ -129,6 +129,16 @@ fn a_tie_is_right_either_way_and_a_neighbour_that_is_none_is_not() {
     let d = compare(&mine, &exact, std::slice::from_ref(&shape));
     assert!(d.is_equal() && d.ties == 6, "{d}");
     assert!(d.to_string().contains("6 more differ and are right"), "{d}");
+    // So is one in a colour that may differ.
+    let mut near = mine.clone();
+    for y in [2, 3] {
+        if near.get_pixel(5, y).unwrap() == RED {
+            near.put_pixel(5, y, [254, 0, 0, 255]);
+        }
+    }
+    let geometry = Geometry { shapes: vec![shape.clone()], surface: &no_surface, is_complete: true };
+    let d = WrongPixels::new(&near, &exact, 1, Some(&geometry));
+    assert!(d.is_equal() && d.ties == 6, "{d}");
     // Both pixels of a tie are one too many.
     mine.put_pixel(5, 2, RED);
     mine.put_pixel(5, 3, RED);
