@@ -222,6 +222,9 @@ fn run(command: &mut Command, compile: Compile<'_>) -> Result<(), BuildError> {
             let why = ended.unwrap_or_else(|| "the program does not compile".to_owned());
             Err(BuildError::Program { step: format!("{name}: {why}"), messages })
         }
+        Err(e) if e.kind() == io::ErrorKind::NotFound => {
+            Err(BuildError::Machine(format!("{name} is not installed")))
+        }
         Err(e) => Err(BuildError::Machine(format!("{name}: {e}"))),
     }
 }
