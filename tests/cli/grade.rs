@@ -167,3 +167,33 @@ fn what_is_right_may_be_several_pictures() {
     let (status, _, error) = grade(&folder, &sheet.replace(scene, "PX 1 1 red"), &[], "true");
     assert!(status == Some(2) && error.contains("an X3D scene is expected"), "{error}");
 }
+
+/// An interpreter without the package is named with the command that installs it, before anything runs.
+#[test]
+fn sheets_of_the_python_framework_need_its_package_and_others_do_not() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::new("grade-python");
+    for (script, said) in [
+        ("echo numpy", "has no numpy: "),
+        ("echo fbptr", "-m pip install 'fbptr[numpy]'"),
+        ("exit 1", "it is no Python 3 that runs"),
+    ] {
+        let python = folder.file("python", format!("#!/bin/sh\n{script}\n"));
+        std::fs::set_permissions(&python, PermissionsExt::from_mode(0o755)).unwrap();
+        let ended = run(&["grade", "R1", "--python", &python, "--", "tests"], b"");
+        assert!(ended.status.code() == Some(2) && err(&ended).contains(said), "{script}: {}", err(&ended));
+        assert_eq!(err(&ended).lines().count(), 1, "{}", err(&ended));
+    }
+    let ended = run(&["grade", "T1", "--python", "/no/such/python", "--by", "stdout", "--", "cat"], b"");
+    assert_eq!(ended.status.code(), Some(0), "{}", err(&ended));
+}
+
+/// Sheets and folders as other systems write and name them.
+#[test]
+fn a_sheet_may_have_lines_of_windows_and_a_folder_any_name() {
+    let folder = Folder::new("grade größe 1");
+    let right = "read first rest; case $first in none) echo 1 2, 3;; *) echo $first $rest; cat;; esac";
+    let (status, text, said) =
+        grade(&folder, &format!("\u{feff}{}", SHEET.replace('\n', "\r\n")), &[], right);
+    assert_eq!(status, Some(0), "{text}{said}");
+}

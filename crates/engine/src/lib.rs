@@ -24,7 +24,9 @@ pub mod surfaces;
 pub mod workers;
 
 pub use budget::{Budget, Pace};
-pub use engine::{Dialect, Effect, Engine, OutputState, OutputStatus, Status, figure_numbers};
+pub use engine::{
+    Dialect, Effect, Engine, OutputState, OutputStatus, Status, Step, figure_numbers, figure_steps,
+};
 pub use limits::Limits;
 pub use resources::{Resource, ResourceKind, ResourceTable};
 pub use session::{Audience, Session};

@@ -11,8 +11,8 @@
 /// The engine, whose sessions and streams this crate feeds.
 pub use fbptr_engine::{
     Audience, Budget, CommandError, Dialect, Effect, Engine, Limits, Notice, Output, OutputState,
-    OutputStatus, Pace, Resource, ResourceKind, ResourceTable, Session, Stats, Status, Stream, StreamState,
-    figure_numbers, stated_size, worker_pool,
+    OutputStatus, Pace, Resource, ResourceKind, ResourceTable, Session, Stats, Status, Step, Stream,
+    StreamState, figure_numbers, figure_steps, stated_size, worker_pool,
 };
 
 mod admission;

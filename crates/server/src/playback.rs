@@ -58,6 +58,11 @@ impl Playback {
         }
     }
 
+    /// Returns whether the input is one stream of commands, and no recording.
+    pub fn is_stream(&self) -> bool {
+        matches!(self.0, Input::Stream(_))
+    }
+
     /// Returns the camera of the commands that ran last.
     pub fn camera(&self) -> Camera {
         match &self.0 {

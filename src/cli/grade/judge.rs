@@ -11,7 +11,7 @@
 use super::super::compare::{Exact, Reading};
 use super::super::mesh_args::MeshArgs;
 use super::super::render_args::RenderArgs;
-use super::calls::{Called, in_white, plain};
+use super::calls::{Called, at_centres, in_white, plain};
 use super::program::{Made, Program, Ran};
 use super::sheet::{Item, Wanted, base64};
 use crate::measure::difference::WrongPixels;
@@ -42,9 +42,18 @@ pub struct Graded<'a> {
     pub difference: Option<WrongPixels>,
 }
 
+impl<'a> Graded<'a> {
+    /// Returns an item without points.
+    pub fn lost(item: &'a Item, text: String) -> Graded<'a> {
+        Graded { item, points: 0.0, text, said: Vec::new(), difference: None }
+    }
+}
+
 /// Right answer of an item.
 pub struct Right {
     exact: Option<Exact>,
+    /// Words that tell the exact picture from the sheet's, if it is another one.
+    name: String,
     /// Pictures that are right as well, each with the words that tell it from the exact one.
     others: Vec<(String, Exact)>,
     /// The exact picture's file.
@@ -77,7 +86,7 @@ impl Right {
                 false => Some(beside.join(name)),
             },
         };
-        let mut right = Right { exact: None, others: Vec::new(), file };
+        let mut right = Right { exact: None, name: String::new(), others: Vec::new(), file };
         if let Some(file) = &right.file {
             right.exact = Some(draw(item, &item.options, file)?);
             right.others = others(item, file, folder)?;
@@ -102,10 +111,10 @@ impl Right {
 
     /// Runs a program for an item and gives it its points.
     pub fn grade<'a>(&self, item: &'a Item, program: &Program, folder: &Path) -> Graded<'a> {
-        let lost = |text: String| Graded { item, points: 0.0, text, said: Vec::new(), difference: None };
-        let white = match program.called.as_ref().map(|called| self.as_called(item, called, folder)) {
+        let lost = |text: String| Graded::lost(item, text);
+        let own = match program.called.as_ref().map(|called| self.as_called(item, called, folder)) {
             Some(Err(text)) => return lost(text),
-            Some(Ok(white)) => white,
+            Some(Ok(own)) => own,
             None => None,
         };
         let Ran { made, said } = program.run(item, folder, self.file.as_deref());
@@ -115,8 +124,9 @@ impl Right {
                 Wanted::Numbers(wanted) => numbers(item, wanted, &found),
                 _ => lost(String::new()),
             },
-            Ok(Made::Picture(mine)) => match &white {
-                Some(white) => white.picture(item, lit(*mine)),
+            Ok(Made::Picture(mine)) => match &own {
+                Some((right, true)) => right.picture(item, lit(*mine)),
+                Some((right, false)) => right.picture(item, *mine),
                 None => self.picture(item, *mine),
             },
             Ok(Made::Stream(path)) => match draw(item, &item.options, &path) {
@@ -130,36 +140,60 @@ impl Right {
         Graded { said, ..graded }
     }
 
-    /// Returns what is right for functions that take no colour, which are graded by what is lit.
-    fn as_called(&self, item: &Item, called: &Called, folder: &Path) -> Result<Option<Right>, String> {
+    /// Returns what is right for functions that take whole coordinates, or no colour: then `true`,
+    /// as they are graded by what is lit. `None` if the sheet's picture is right.
+    fn as_called(
+        &self,
+        item: &Item,
+        called: &Called,
+        folder: &Path,
+    ) -> Result<Option<(Right, bool)>, String> {
         let Wanted::Text(stream) = &item.exact else {
             return Err("the program's functions are called, which draw streams alone".to_owned());
         };
-        let stream = &plain(stream);
-        let missing = called.missing(stream);
-        if !missing.is_empty() {
-            return Err(format!("no function for {} is found", missing.join(", ")));
+        let plain = plain(stream);
+        if let Some(text) = called.missing(&plain) {
+            return Err(text);
         }
-        let Some(function) = called.colorless(stream) else { return Ok(None) };
-        let stream = in_white(stream).ok_or_else(|| format!("{function} takes no colour"))?;
-        let file = folder.join("white.fbs");
-        fs::write(&file, stream).map_err(|e| format!("exact: {e}"))?;
-        let exact = Some(draw(item, &item.options, &file)?);
-        Ok(Some(Right { exact, others: Vec::new(), file: Some(file) }))
+        let whole = called.in_whole(&plain);
+        let colorless = called.colorless(&plain);
+        if whole.is_none() && colorless.is_none() {
+            return Ok(None);
+        }
+        let is_whole = whole.is_some();
+        let mut stream = whole.unwrap_or(plain);
+        if let Some(function) = colorless {
+            stream = in_white(&stream).ok_or_else(|| format!("{function} takes no colour"))?;
+        }
+        let drawn = |name: &str, text: &str| {
+            let file = folder.join(name);
+            fs::write(&file, text).map_err(|e| format!("exact: {e}"))?;
+            Ok::<_, String>((draw(item, &item.options, &file)?, file))
+        };
+        let (exact, file) = drawn("called.fbs", &stream)?;
+        let mut right =
+            Right { exact: Some(exact), name: String::new(), others: Vec::new(), file: Some(file) };
+        if is_whole {
+            right.name = "with rounded corners".to_owned();
+            let name = "with rounded corners, at the centres of pixels".to_owned();
+            right.others.push((name, drawn("centres.fbs", &at_centres(&stream))?.0));
+        }
+        Ok(Some((right, colorless.is_some())))
     }
 
     fn picture<'a>(&self, item: &'a Item, mut mine: VideoMemory) -> Graded<'a> {
         let Some(exact) = &self.exact else {
-            return Graded { item, points: 0.0, text: String::new(), said: Vec::new(), difference: None };
+            return Graded::lost(item, String::new());
         };
         let size = |m: &VideoMemory| [m.width(), m.height()];
         if let (Some(region), true) = (item.region, size(&mine) == size(&exact.memory)) {
             take_outside(&mut mine, &exact.memory, region);
         }
         // The first of several that are as near.
-        let pictures = std::iter::once(("", exact)).chain(self.others.iter().map(|(n, e)| (n.as_str(), e)));
+        let pictures = std::iter::once((self.name.as_str(), exact))
+            .chain(self.others.iter().map(|(n, e)| (n.as_str(), e)));
         let nearest = pictures.min_by_key(|(_, exact)| count_wrong(&mine, &exact.memory, item));
-        let (name, exact) = nearest.unwrap_or(("", exact));
+        let (name, exact) = nearest.unwrap_or((&self.name, exact));
         let difference = exact.difference(&mine, item.tolerance.per_channel);
         let (points, text) = match difference.size == difference.exact_size {
             false => (0.0, difference.to_string().trim_end().to_owned()),
@@ -203,7 +237,8 @@ fn others(item: &Item, file: &Path, folder: &Path) -> Result<Vec<(String, Exact)
     fs::write(&large, enlarged(&text, item.samples)).map_err(|e| format!("samples: {e}"))?;
     let with = format!("with {0}x{0} samples a pixel", item.samples);
     for (at, options) in std::iter::once(&item.options).chain(&item.or).enumerate() {
-        let exact = draw_at(item, options, &large, item.samples)?;
+        let scene = if is_in_pixels(&text, options) { &large } else { file };
+        let exact = draw_at(item, options, scene, item.samples)?;
         let memory = mean(&exact.memory, item.samples).map_err(|e| e.to_string())?;
         let by = if at == 0 { String::new() } else { format!("as by {}, ", options.join(" ")) };
         others.push((by + &with, Exact::of_pixels(memory)));
@@ -211,13 +246,52 @@ fn others(item: &Item, file: &Path, folder: &Path) -> Result<Vec<(String, Exact)
     Ok(others)
 }
 
-/// Returns a scene for a larger picture: shapes in pixels are so many times as large.
+/// Returns whether a scene is drawn in pixels by some options.
+fn is_in_pixels(text: &str, options: &[String]) -> bool {
+    let reading = Options::try_parse_from(options).ok().and_then(|options| options.meshes.reading());
+    let document = crate::load::x3d::parse(text.as_bytes(), "exact.x3d", &mut |_| None);
+    let (Some(reading), Ok(mut document)) = (reading, document) else { return false };
+    document.set_reading(reading);
+    document.is_in_pixels()
+}
+
+/// Returns a scene in pixels for a larger picture: shapes are so many times as large. Comments and
+/// texts may have what looks like its beginning or end.
 fn enlarged(scene: &str, times: u32) -> String {
-    if !scene.contains("2D ") {
-        return scene.to_owned();
+    let (mut out, mut rest) = (String::new(), scene);
+    while let Some(at) = rest.find('<') {
+        let (before, tag) = rest.split_at(at);
+        out += before;
+        let len = tag_len(tag);
+        let (tag, behind) = tag.split_at(len);
+        let name = tag[1..].split(|c: char| c.is_whitespace() || c == '>').next().unwrap_or("");
+        match name {
+            "Scene" => out += &format!("{tag}<Transform scale='{times} {times} 1'>"),
+            "/Scene" => out += &format!("</Transform>{tag}"),
+            _ => out += tag,
+        }
+        rest = behind;
     }
-    let open = format!("<Scene><Transform scale='{times} {times} 1'>");
-    scene.replacen("<Scene>", &open, 1).replacen("</Scene>", "</Transform></Scene>", 1)
+    out + rest
+}
+
+/// Returns the length of the tag, comment or section of text that begins here.
+fn tag_len(tag: &str) -> usize {
+    for (open, close) in [("<!--", "-->"), ("<![CDATA[", "]]>")] {
+        if tag.starts_with(open) {
+            return tag.find(close).map_or(tag.len(), |at| at + close.len());
+        }
+    }
+    let mut quote = None;
+    for (at, c) in tag.char_indices() {
+        match (quote, c) {
+            (None, '>') => return at + 1,
+            (None, '"' | '\'') => quote = Some(c),
+            (Some(open), c) if open == c => quote = None,
+            _ => {}
+        }
+    }
+    tag.len()
 }
 
 /// Returns the mean of so many pixels a side.
@@ -356,6 +430,24 @@ fn cause(item: &Item, wanted: &[f64], found: &[f64]) -> &'static str {
 mod tests {
     use super::super::sheet::Sheet;
     use super::*;
+
+    #[test]
+    fn a_scene_in_pixels_is_enlarged_where_it_begins_and_ends() {
+        let scene = "<X3D><!-- <Scene> --><Scene DEF='a>b'>\n<Shape><Polyline2D/><Text string='\"</Scene> 2D \"'/>\
+                     </Shape></Scene></X3D>";
+        let large = enlarged(scene, 2);
+        let expected = scene.replace("<Scene DEF='a>b'>", "<Scene DEF='a>b'><Transform scale='2 2 1'>");
+        assert_eq!(large, expected.replace("</Shape></Scene>", "</Shape></Transform></Scene>"));
+        assert_eq!(enlarged("<!-- <Scene>", 2), "<!-- <Scene>");
+        let options = ["--dialect", "renderizador"].map(str::to_owned);
+        let flat = scene.replace("<Text string='\"</Scene> 2D \"'/>", "");
+        assert!(
+            is_in_pixels(&flat, &options) && !is_in_pixels(&flat, &[]) && !is_in_pixels("<X3D", &options)
+        );
+        let both =
+            "<X3D><Scene><Shape><Polyline2D/></Shape><Shape><Text string='\"2D \"'/></Shape></Scene></X3D>";
+        assert!(!is_in_pixels(both, &options));
+    }
 
     #[test]
     fn numbers_are_compared_in_their_order_and_a_transposed_matrix_is_named() {

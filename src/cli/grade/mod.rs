@@ -10,9 +10,13 @@ mod builtin;
 #[cfg(fbptr_preload)]
 mod calls;
 #[cfg(fbptr_preload)]
+mod compiled;
+#[cfg(fbptr_preload)]
 mod judge;
 #[cfg(fbptr_preload)]
 mod program;
+#[cfg(fbptr_preload)]
+mod python;
 #[cfg(fbptr_preload)]
 mod result;
 #[cfg(fbptr_preload)]
@@ -90,23 +94,20 @@ impl Grade {
 
 #[cfg(fbptr_preload)]
 mod steps {
-    use super::super::mygl::build::{Built, build};
+    use super::super::mygl::build::Built;
     use super::super::run::find;
     use super::super::{check_folder, output, say_as_program};
-    use super::calls::{self, Called};
-    use super::judge::Right;
+    use super::compiled::{Refusal, compile, compile_calls};
+    use super::judge::{Graded, Right};
     use super::program::Program;
     use super::result::Report;
     use super::sheet::{By, Item, Sheet};
     use super::watch::{is_over, watch_signals};
-    use super::{Grade, builtin};
+    use super::{Grade, builtin, python};
     use clap::ValueEnum;
     use std::fs;
     use std::path::{Path, PathBuf};
-    use std::time::Duration;
 
-    /// Time that make and each compiler have.
-    const COMPILING: Duration = Duration::from_secs(120);
     /// Largest sheet.
     const MAX_SHEET_BYTES: u64 = 16 << 20;
 
@@ -167,13 +168,24 @@ mod steps {
                 let wrong = |e| format!("{name}:{}: item {}: {e}", item.line, item.name);
                 rights.push((*item, Right::read(item, &beside, &folder).map_err(wrong)?, folder));
             }
-            let (program, _built) = self.program(&items, &scratch)?;
+            let program = match self.program(&items, &scratch) {
+                Ok(program) => Ok(program),
+                Err(Refusal::Fault(fault)) => {
+                    fault.errors.iter().for_each(say_as_program);
+                    Err(fault)
+                }
+                Err(Refusal::Use(_)) if is_over() => return Ok(None),
+                Err(Refusal::Use(message)) => return Err(message),
+            };
             let mut report = Report { sheet: &sheet, items: Vec::new() };
             if !self.json {
                 output::print(format!("{}\n", sheet.title));
             }
             for (item, right, folder) in &rights {
-                let graded = right.grade(item, &program, folder);
+                let graded = match &program {
+                    Ok((program, _)) => right.grade(item, program, folder),
+                    Err(fault) => Graded::lost(item, fault.text.clone()),
+                };
                 if is_over() {
                     return Ok(None);
                 }
@@ -205,49 +217,59 @@ mod steps {
         }
 
         /// Finds the program, and compiles it where it is a folder.
-        fn program(&self, items: &[&Item], scratch: &Scratch) -> Result<(Program, Option<Built>), String> {
+        fn program(&self, items: &[&Item], scratch: &Scratch) -> Result<(Program, Option<Built>), Refusal> {
             let by = self.by.as_deref().and_then(|name| By::from_str(name, false).ok());
+            let wrong = |message: String| Refusal::Use(message);
             let mut words = self.program.clone();
             let Some(first) = words.first() else {
-                return Err("a program is expected after --, as in fbptr grade T1 -- ./student".to_owned());
+                let text = "a program is expected after --, as in fbptr grade T1 -- ./student";
+                return Err(wrong(text.to_owned()));
             };
             let mut folder = fs::canonicalize(first).ok().filter(|path| path.is_dir());
             let is_framework = items.iter().any(|item| item.by == By::Renderizador);
-            let mut built = None;
-            let called = self.calls.then(|| self.called(folder.as_deref(), scratch)).transpose()?;
-            if called.is_some() {
-                folder = Some(scratch.copy());
-            }
-            match (folder.clone(), is_framework) {
-                (Some(path), true) => words[0] = path.into(),
+            let (mut built, mut called) = (None, None);
+            match (&folder, is_framework) {
+                (_, true) if self.calls => {
+                    return Err(wrong("--calls: this sheet is for programs in Python".to_owned()));
+                }
+                (Some(path), true) => {
+                    python::check(&self.python).map_err(wrong)?;
+                    words[0] = path.into();
+                }
                 (None, true) => {
-                    return Err(format!(
-                        "{}: a folder with the student's gl.py is expected",
-                        first.display()
-                    ));
+                    let text = format!("{}: a folder with the student's gl.py is expected", first.display());
+                    return Err(wrong(text));
+                }
+                (None, false) if self.calls => {
+                    return Err(wrong("--calls: a folder of C or C++ sources is expected".to_owned()));
                 }
                 (Some(path), false) => {
-                    let made = build(&path, Some(COMPILING))?;
+                    let made = match self.calls {
+                        false => compile(path)?,
+                        true => {
+                            let (functions, made) = compile_calls(path, &scratch.copy())?;
+                            folder = Some(scratch.copy());
+                            let text = functions.text();
+                            say_as_program(format_args!(
+                                "the sheet's figures are drawn by\n{}",
+                                text.trim_end()
+                            ));
+                            called = Some(functions);
+                            made
+                        }
+                    };
                     words[0] = made.program().into();
                     built = Some(made);
                 }
                 // What `run` does not serve may do without it.
                 (None, false) => match find(&words) {
                     Ok(path) => words[0] = std::path::absolute(&path).unwrap_or(path).into(),
-                    Err(refusal) if refusal.status == 127 => return Err(refusal.message),
+                    Err(refusal) if refusal.status == 127 => return Err(wrong(refusal.message)),
                     Err(_) => {}
                 },
             }
             let folder = folder.filter(|_| built.is_some());
             Ok((Program { words, folder, by, python: self.python.clone(), called }, built))
-        }
-
-        /// Copies a folder so that its functions are called, and says which these are.
-        fn called(&self, folder: Option<&Path>, scratch: &Scratch) -> Result<Called, String> {
-            let folder = folder.ok_or("--calls: a folder of C or C++ sources is expected")?;
-            let called = calls::prepare(folder, &scratch.copy())?;
-            say_as_program(format_args!("the sheet's figures are drawn by\n{}", called.text().trim_end()));
-            Ok(called)
         }
     }
 

@@ -3,10 +3,10 @@
 //! In: an item and the program's words. Out: a picture or numbers, or in words why there are none.
 //! A program is run by `fbptr run`, by itself, or by the Python framework, under the item's limits.
 
-use super::super::run::is_glut_program;
+use super::super::run::{is_glut_program, remove_left_by};
 use super::calls::{Called, plain};
 use super::sheet::{By, Input, Item, Wanted};
-use super::watch::{self, End, Limits, Watched};
+use super::watch::{self, End, Limits, Said, Watched};
 use crate::memory::{SharedFile, VideoMemory};
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
@@ -133,8 +133,14 @@ impl Program {
             processes: PROCESSES,
             output: if is_read { OUTPUT } else { 1 << 16 },
             ends_by_output: is_read,
+            said: Said::Last,
         };
-        watch::run(&mut command, limits).map_err(failed)
+        let watched = watch::run(&mut command, limits).map_err(failed)?;
+        if is_run {
+            // A run that is ended by force leaves it.
+            remove_left_by(watched.pid);
+        }
+        Ok(watched)
     }
 
     fn name(&self) -> String {

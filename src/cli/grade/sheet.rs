@@ -147,7 +147,7 @@ impl Item {
             "arguments" => self.arguments = words(value),
             "options" => self.options = words(value),
             "or" => self.or.push(words(value)),
-            "samples" => self.samples = real(key, value, 1.0..=8.0)? as u32,
+            "samples" => self.samples = whole(key, value, 1..=8)?,
             "input" if value == "exact" && !is_block => self.input = Input::Exact,
             "input" => self.input = Input::Text(value.to_owned()),
             "exact" if is_block => self.exact = Wanted::Text(value.to_owned()),
@@ -170,7 +170,7 @@ impl Item {
                     .map(|_| value.to_owned())
                     .map_err(|e| e.replace("--after", key))?;
             }
-            "frames" => self.frames = real(key, value, 1.0..=1000.0)? as u32,
+            "frames" => self.frames = whole(key, value, 1..=1000)?,
             "time" => {
                 self.time =
                     time_of(value).ok_or_else(|| format!("time: 10s or 500ms is expected, not {value:?}"))?;
@@ -322,6 +322,14 @@ fn real(key: &str, value: &str, range: std::ops::RangeInclusive<f64>) -> Result<
     let number = value.trim().parse().ok().filter(|n| range.contains(n));
     number.ok_or_else(|| {
         format!("{key}: a number from {} to {} is expected, not {value:?}", range.start(), range.end())
+    })
+}
+
+fn whole(key: &str, value: &str, range: std::ops::RangeInclusive<u32>) -> Result<u32, String> {
+    let number = value.trim().parse().ok().filter(|n| range.contains(n));
+    number.ok_or_else(|| {
+        let (first, last) = (range.start(), range.end());
+        format!("{key}: a whole number from {first} to {last} is expected, not {value:?}")
     })
 }
 

@@ -69,7 +69,9 @@ fn a_line_that_is_wrong_is_named() {
         ("item: a\nby: magic\n", 2, "renderizador is expected"),
         ("item: a\nfile ../x:\n  y\n", 2, "a name of letters"),
         ("item: a\nfile x.png:\n  y!\n", 2, "base64"),
-        ("item: a\nsamples: 0\n", 2, "samples: a number"),
+        ("item: a\nsamples: 0\n", 2, "samples: a whole number"),
+        ("item: a\nsamples: 1.5\n", 2, "samples: a whole number"),
+        ("item: a\nframes: 2.5\n", 2, "frames: a whole number from 1 to 1000"),
         ("item: a\nsize:\n    8x6\n", 2, "same line"),
         ("  exact: x\n", 1, "key: value"),
     ] {

@@ -24,8 +24,9 @@ use std::time::{Duration, Instant};
 const LOOK: Duration = Duration::from_millis(20);
 /// Time that `fbptr run` has to end in order once its program is gone.
 const ORDER: Duration = Duration::from_secs(3);
-/// Bytes of standard error that are kept: the last ones.
-const KEPT_ERROR: usize = 4096;
+/// Bytes of standard error that are kept.
+const KEPT_FIRST: usize = 1 << 18;
+const KEPT_LAST: usize = 4096;
 
 /// Limits of a program.
 #[derive(Clone, Copy, Debug)]
@@ -37,6 +38,17 @@ pub struct Limits {
     /// Bytes of standard output that are kept; more end the program if `ends_by_output`.
     pub output: usize,
     pub ends_by_output: bool,
+    /// Standard error that is kept.
+    pub said: Said,
+}
+
+/// Part of standard error that is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Said {
+    /// The first bytes: a compiler's first error explains the others.
+    First,
+    /// The last bytes: why a program has ended.
+    Last,
 }
 
 /// End of a program.
@@ -70,9 +82,11 @@ pub fn is_over() -> bool {
 /// Output that a program left.
 #[derive(Debug)]
 pub struct Watched {
+    /// Number of the process that was run.
+    pub pid: u32,
     pub end: End,
     pub stdout: Vec<u8>,
-    /// The last bytes of standard error.
+    /// The first or last bytes of standard error.
     pub stderr: Vec<u8>,
 }
 
@@ -87,7 +101,9 @@ pub fn run(command: &mut Command, limits: Limits) -> io::Result<Watched> {
     let mut child = command.spawn()?;
     let printed = Arc::new(AtomicU64::new(0));
     let stdout = collect(child.stdout.take(), limits.output, true, printed.clone());
-    let stderr = collect(child.stderr.take(), KEPT_ERROR, false, Arc::default());
+    let is_first = limits.said == Said::First;
+    let kept = if is_first { KEPT_FIRST } else { KEPT_LAST };
+    let stderr = collect(child.stderr.take(), kept, is_first, Arc::default());
     let look = Look::new();
     let started = Instant::now();
     let end = loop {
@@ -117,7 +133,7 @@ pub fn run(command: &mut Command, limits: Limits) -> io::Result<Watched> {
     let _ = child.wait();
     while let Ok(Some(_)) = wait(WaitOptions::NOHANG) {}
     let take = |bytes: Receiver<Vec<u8>>| bytes.recv_timeout(ORDER).unwrap_or_default();
-    Ok(Watched { end, stdout: take(stdout), stderr: take(stderr) })
+    Ok(Watched { pid: child.id(), end, stdout: take(stdout), stderr: take(stderr) })
 }
 
 /// Reads a pipe to its end on a thread of its own, and keeps its first or last bytes.

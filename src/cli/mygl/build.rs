@@ -1,18 +1,18 @@
 //! Compiling a program of GLUT: by its Makefile, or all of its C and C++ files together.
+//!
+//! In: a folder, and a function that runs make and each compiler. Out: a program, or why there is
+//! none: the fault of the machine, which has no compiler, is told from the program's own.
 
 use super::super::run::is_glut_program;
 use super::config;
-use rustix::process::{Pid, Signal, kill_process_group};
 use std::ffi::OsStr;
+use std::fmt;
 use std::fs;
 use std::io;
-use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitStatus, Stdio};
-use std::time::{Duration, Instant, SystemTime};
+use std::process::Command;
+use std::time::SystemTime;
 
-/// Time between two looks at a program that has a limit.
-const LOOK: Duration = Duration::from_millis(20);
 /// Folders of folders that are looked into.
 const DEPTH: u32 = 3;
 /// Beginnings of the names of folders whose files are not parts of a program; headers are looked for
@@ -43,27 +43,86 @@ impl Drop for Built {
     }
 }
 
-/// Compiles the program of a folder; make and each compiler run for at most `limit`, if one is given.
+/// End of make or of a compiler.
+#[derive(Debug, Default)]
+pub struct Compiled {
+    pub is_good: bool,
+    /// Reason for which it was ended, if it was.
+    pub ended: Option<String>,
+    /// Its messages, where they are collected.
+    pub messages: String,
+}
+
+/// Way to run make and a compiler.
+pub type Compile<'a> = &'a mut dyn FnMut(&mut Command) -> io::Result<Compiled>;
+
+/// Reason for which there is no program.
+#[derive(Debug)]
+pub enum BuildError {
+    /// Nothing could be tried.
+    Machine(String),
+    /// The program does not compile: the last step in words, and the messages of all.
+    Program { step: String, messages: String },
+}
+
+impl BuildError {
+    fn program(step: String) -> BuildError {
+        BuildError::Program { step, messages: String::new() }
+    }
+
+    /// Adds the messages of what was tried before.
+    fn after(self, before: &str) -> BuildError {
+        match self {
+            BuildError::Program { step, messages } => {
+                BuildError::Program { step, messages: format!("{messages}{before}") }
+            }
+            BuildError::Machine(_) => self,
+        }
+    }
+}
+
+impl fmt::Display for BuildError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            BuildError::Machine(text) | BuildError::Program { step: text, .. } => f.write_str(text),
+        }
+    }
+}
+
+/// Compiles with messages as they come, to the end.
 ///
 /// # Errors
-/// Why it does not compile, after the compiler's own messages.
-pub fn build(folder: &Path, limit: Option<Duration>) -> Result<Built, String> {
-    let folder = folder.canonicalize().map_err(|e| format!("{}: {e}", folder.display()))?;
-    let support = config::folder()?;
+/// If the compiler is not started.
+pub fn compile(command: &mut Command) -> io::Result<Compiled> {
+    Ok(Compiled { is_good: command.status()?.success(), ..Compiled::default() })
+}
+
+/// Compiles the program of a folder.
+///
+/// # Errors
+/// Why there is none.
+pub fn build(folder: &Path, compile: Compile<'_>) -> Result<Built, BuildError> {
+    let machine = |e: io::Error| BuildError::Machine(format!("{}: {e}", folder.display()));
+    let folder = folder.canonicalize().map_err(machine)?;
+    let support = config::folder().map_err(BuildError::Machine)?;
     let has_makefile = ["Makefile", "makefile", "GNUmakefile"].iter().any(|name| folder.join(name).is_file());
+    let mut before = String::new();
     if has_makefile {
-        match by_makefile(&folder, &support, limit) {
+        match by_makefile(&folder, &support, compile) {
             Ok(built) => return Ok(built),
             // What a Makefile for another machine does not do is tried without it.
-            Err(message) => {
-                super::super::say_as_program(format_args!("{message}: trying without the Makefile"))
+            Err(error) => {
+                super::super::say_as_program(format_args!("{error}: trying without the Makefile"));
+                if let BuildError::Program { messages, .. } = error {
+                    before = messages;
+                }
             }
         }
     }
-    by_files(&folder, &support, limit)
+    by_files(&folder, &support, compile).map_err(|error| error.after(&before))
 }
 
-fn by_makefile(folder: &Path, support: &Path, limit: Option<Duration>) -> Result<Built, String> {
+fn by_makefile(folder: &Path, support: &Path, compile: Compile<'_>) -> Result<Built, BuildError> {
     let mut make = Command::new("make");
     make.arg("-C").arg(folder).stdout(std::io::stderr());
     for (name, part) in [("CPATH", "include"), ("LIBRARY_PATH", "lib")] {
@@ -71,10 +130,7 @@ fn by_makefile(folder: &Path, support: &Path, limit: Option<Duration>) -> Result
         let paths = std::iter::once(support.join(part)).chain(std::env::split_paths(&others));
         make.env(name, std::env::join_paths(paths.filter(|path| *path != *"")).unwrap_or_default());
     }
-    let status = status_of(&mut make, limit).map_err(|e| format!("make: {e}"))?;
-    if !status.success() {
-        return Err(format!("make: {status}"));
-    }
+    run(&mut make, compile)?;
     let mut newest: Option<(SystemTime, PathBuf)> = None;
     walk(folder, DEPTH, &mut |path| {
         let time = fs::metadata(path).and_then(|meta| meta.modified());
@@ -88,11 +144,11 @@ fn by_makefile(folder: &Path, support: &Path, limit: Option<Duration>) -> Result
     });
     match newest {
         Some((_, program)) => Ok(Built { program, folder: None }),
-        None => Err(format!("{}: make has built no program of GLUT", folder.display())),
+        None => Err(BuildError::program(format!("{}: make has built no program of GLUT", folder.display()))),
     }
 }
 
-fn by_files(folder: &Path, support: &Path, limit: Option<Duration>) -> Result<Built, String> {
+fn by_files(folder: &Path, support: &Path, compile: Compile<'_>) -> Result<Built, BuildError> {
     let (mut c, mut cpp, mut includes) = (Vec::new(), Vec::new(), vec![folder.to_owned()]);
     walk(folder, DEPTH, &mut |path| {
         if path.is_dir() {
@@ -111,12 +167,13 @@ fn by_files(folder: &Path, support: &Path, limit: Option<Duration>) -> Result<Bu
         }
     });
     if c.is_empty() && cpp.is_empty() {
-        return Err(format!("{}: there are no C or C++ files", folder.display()));
+        let step = format!("{}: there are no C or C++ files", folder.display());
+        return Err(BuildError::program(step));
     }
     includes.push(EIGEN.into());
     keep_one_main(&mut c, &mut cpp);
     let out = std::env::temp_dir().join(format!("fbptr-mygl-{}", std::process::id()));
-    fs::create_dir_all(&out).map_err(|e| format!("{}: {e}", out.display()))?;
+    fs::create_dir_all(&out).map_err(|e| BuildError::Machine(format!("{}: {e}", out.display())))?;
     let built = Built { program: out.join("program"), folder: Some(out.clone()) };
     let mut objects = Vec::new();
     // As older compilers have it, variables that several files define are one, and each header of C++
@@ -132,13 +189,14 @@ fn by_files(folder: &Path, support: &Path, limit: Option<Duration>) -> Result<Bu
             command.args(["-g", "-O1", "-w", "-c"]).args(options).arg(file).arg("-o").arg(&object);
             command.arg("-I").arg(support.join("include"));
             includes.iter().for_each(|path| _ = command.arg("-I").arg(path));
-            run(&mut command, limit)?;
+            run(&mut command, compile)?;
             objects.push(object);
         }
     }
     let mut link = Command::new(if cpp.is_empty() { "cc" } else { "c++" });
     link.args(&objects).arg("-o").arg(built.program()).arg("-L").arg(support.join("lib"));
-    run(link.args(["-lglut", "-lGLU", "-lGL", "-lm"]), limit)?;
+    // A program that uses none of GLUT is not one of GLUT.
+    run(link.args(["-Wl,--as-needed", "-lglut", "-lGLU", "-lGL", "-lm"]), compile)?;
     Ok(built)
 }
 
@@ -156,30 +214,18 @@ fn keep_one_main(c: &mut Vec<PathBuf>, cpp: &mut Vec<PathBuf>) {
     [c, cpp].into_iter().for_each(|list| list.retain(|path| path == kept || !mains.contains(path)));
 }
 
-/// Runs a command to its end, or to the limit, at which it and what it has started are ended.
-fn status_of(command: &mut Command, limit: Option<Duration>) -> io::Result<ExitStatus> {
-    let Some(limit) = limit else { return command.status() };
-    let mut child = command.stdin(Stdio::null()).process_group(0).spawn()?;
-    let started = Instant::now();
-    loop {
-        if let Some(status) = child.try_wait()? {
-            return Ok(status);
-        }
-        if started.elapsed() > limit {
-            let _ = kill_process_group(Pid::from_child(&child), Signal::KILL);
-            child.wait()?;
-            return Err(io::Error::new(io::ErrorKind::TimedOut, format!("no end within {limit:?}")));
-        }
-        std::thread::sleep(LOOK);
-    }
-}
-
-fn run(command: &mut Command, limit: Option<Duration>) -> Result<(), String> {
+fn run(command: &mut Command, compile: Compile<'_>) -> Result<(), BuildError> {
     let name = command.get_program().to_string_lossy().into_owned();
-    match status_of(command, limit) {
-        Ok(status) if status.success() => Ok(()),
-        Ok(_) => Err(format!("{name}: the program does not compile")),
-        Err(e) => Err(format!("{name}: {e}")),
+    match compile(command) {
+        Ok(Compiled { is_good: true, .. }) => Ok(()),
+        Ok(Compiled { ended, messages, .. }) => {
+            let why = ended.unwrap_or_else(|| "the program does not compile".to_owned());
+            Err(BuildError::Program { step: format!("{name}: {why}"), messages })
+        }
+        Err(e) if e.kind() == io::ErrorKind::NotFound => {
+            Err(BuildError::Machine(format!("{name} is not installed")))
+        }
+        Err(e) => Err(BuildError::Machine(format!("{name}: {e}"))),
     }
 }
 

@@ -33,10 +33,10 @@ impl Mygl {
     pub(super) fn run(self) -> Status {
         #[cfg(fbptr_preload)]
         {
-            let built = match build::build(&self.folder, None) {
+            let built = match build::build(&self.folder, &mut build::compile) {
                 Ok(built) => built,
-                Err(message) => {
-                    super::say_as_program(message);
+                Err(error) => {
+                    super::say_as_program(error);
                     return Status::Failed;
                 }
             };

@@ -39,6 +39,18 @@ pub fn usual() -> impl Iterator<Item = String> {
     USUAL.into_iter().map(str::to_owned)
 }
 
+/// Returns the path of the folder of links of a process.
+fn folder_of(pid: u32) -> PathBuf {
+    let base = std::env::var_os("XDG_RUNTIME_DIR").map_or_else(std::env::temp_dir, PathBuf::from);
+    let base = if base.is_dir() { base } else { std::env::temp_dir() };
+    base.join(format!("fbptr-run-{pid}"))
+}
+
+/// Removes the folder of links of a process that was ended by force.
+pub fn remove_left_by(pid: u32) {
+    remove(&folder_of(pid));
+}
+
 /// A folder of links, which is removed at the end.
 #[derive(Debug)]
 pub struct Libraries {
@@ -51,9 +63,7 @@ impl Libraries {
     /// # Errors
     /// If the system refuses.
     pub fn new(names: &[String], library: &str) -> io::Result<Libraries> {
-        let base = std::env::var_os("XDG_RUNTIME_DIR").map_or_else(std::env::temp_dir, PathBuf::from);
-        let base = if base.is_dir() { base } else { std::env::temp_dir() };
-        let path = base.join(format!("fbptr-run-{}", std::process::id()));
+        let path = folder_of(std::process::id());
         // A folder of this name is one that an earlier run has left.
         remove(&path);
         fs::create_dir(&path)?;

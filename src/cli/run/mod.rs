@@ -153,6 +153,12 @@ pub(super) fn is_glut_program(path: &std::path::Path) -> bool {
     !glut::names(path).is_empty()
 }
 
+/// Removes the folder of links that a run leaves if it is ended by force.
+#[cfg(fbptr_preload)]
+pub(super) fn remove_left_by(pid: u32) {
+    glut::remove_left_by(pid);
+}
+
 impl Run {
     /// Runs a program in a folder to its end. Pictures and other files are named from the folder
     /// that `fbptr` was started in.

@@ -276,14 +276,19 @@ exact:
 
 /// Grades a folder's own functions.
 fn called(name: &str) -> Option<(String, String)> {
-    let folder = Folder::new(name);
-    if !tools::are_there(&["cc", "c++"]) {
+    graded(SHEET, &["--calls"], &source(name))
+}
+
+/// Grades a folder by a sheet, of which not all points are reached.
+fn graded(sheet: &str, options: &[&str], program: &Path) -> Option<(String, String)> {
+    let folder = Folder::new("grade-folder");
+    if !tools::are_there(&["cc", "c++", "make"]) {
         return None;
     }
-    let sheet = folder.join("a.sheet");
-    std::fs::write(&sheet, SHEET).unwrap();
+    let path = folder.join("a.sheet");
+    std::fs::write(&path, sheet).unwrap();
     let mut command = fbptr(&folder);
-    command.arg("grade").arg(&sheet).args(["--calls", "--"]).arg(source(name));
+    command.arg("grade").arg(&path).args(options).arg("--").arg(program);
     let output = command.output().unwrap();
     assert_eq!(output.status.code(), Some(1), "{output:?}");
     Some((text(&output.stdout), text(&output.stderr)))
@@ -293,7 +298,7 @@ fn called(name: &str) -> Option<(String, String)> {
 fn grade_calls_functions_whatever_records_their_points_and_colours_are_in() {
     let Some((result, said)) = called("called") else { return };
     assert!(said.contains("LINE  draw_line(Dot from, Dot to, bool fill)"), "{said}");
-    assert!(said.contains("FILL  no function is found"), "{said}");
+    assert!(said.contains("FILL  no function for FILL is found"), "{said}");
     for line in [
         "2 of 2     points: right",
         "1 of 1     lines: right",
@@ -317,4 +322,76 @@ fn grade_calls_functions_without_colours_and_judges_what_is_lit() {
     ] {
         assert!(result.contains(line), "{line}: {result}");
     }
+}
+
+/// The figures of [`SHEET`] with a colour for each corner, and filled ones at fractions of a pixel.
+const COLORS: &str = "\
+title: colours
+size: 64x48
+input: exact
+tolerance: 1
+item: points
+exact:
+    PX 3 4 ff8000
+    PX 60 40 00ff10
+item: ramp
+exact:
+    LINE 50 5 2 30 ff0000 0000ff
+item: triangle
+exact:
+    TRI 10 10 30 12 5 20 00ffff ff0000 00ff00
+item: fill
+exact:
+    FILL 10.25 10.4 30 12 4.6 20.25 00ffff
+";
+
+#[test]
+fn grade_calls_functions_in_many_notations_and_says_which_it_cannot_call() {
+    let Some((result, said)) = graded(COLORS, &["--calls"], &source("notations")) else { return };
+    for line in [
+        "PX    PutPixel(int linha, int coluna, unsigned int cor) [cor: 0xAABBGGRR]",
+        "LINE  DrawLine(Ponto de, Ponto ate, Cor cores[]) [colours from 0 to 1]",
+        "TRI   DrawTriangle(Vertice a, Vertice b, Vertice c, Cor ca, Cor cb, Cor cc) [",
+        "FILL  no function for FILL is understood: FillTriangle(",
+    ] {
+        assert!(said.contains(line), "{line}: {said}");
+    }
+    for item in ["points", "ramp", "triangle"] {
+        assert!(result.contains(&format!("    1 of 1     {item}: right\n")), "{item}: {result}{said}");
+    }
+    assert!(result.contains("it is static in another file, so it cannot be called"), "{result}");
+}
+
+#[test]
+fn a_call_that_does_not_compile_costs_its_items_and_whole_corners_are_rounded() {
+    let Some((result, said)) = graded(COLORS, &["--calls"], &source("broken")) else { return };
+    assert!(result.contains("1 of 1     points: right\n"), "{result}{said}");
+    let lost = "0 of 1     ramp: the call of DrawLine(Ponto p, Ponto q, Cor c) does not compile: undefined reference";
+    assert!(result.contains(lost), "{result}{said}");
+    assert!(result.contains("triangle: no function for TRI is found"), "{result}{said}");
+    assert!(result.contains("1 of 1     fill: with rounded corners: right\n"), "{result}{said}");
+}
+
+#[test]
+fn a_program_that_does_not_compile_has_no_points_and_its_first_error() {
+    let folder = Folder::new("grade-no-program");
+    let source = folder.join("student one");
+    std::fs::create_dir(&source).unwrap();
+    std::fs::write(source.join("main.c"), "int main(void) {\n    return nothing;\n}\nvoid MyGlDraw() {}\n")
+        .unwrap();
+    // A Makefile that asks is not answered.
+    std::fs::write(source.join("Makefile"), "all:\n\tread answer && cc main.c\n").unwrap();
+    for options in [&[][..], &["--calls"]] {
+        let Some((result, _)) = graded(COLORS, options, &source) else { return };
+        let first = "does not compile: main.c:2:12: error: 'nothing' undeclared";
+        assert_eq!(result.matches(first).count(), 4, "{result}");
+        assert!(result.ends_with("\n0 of 4 points\n"), "{result}");
+    }
+    let Some((json, _)) = graded(COLORS, &["--json"], &source) else { return };
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert!(json["items"][3]["text"].as_str().unwrap().contains("'nothing' undeclared"), "{json}");
+    let empty = folder.join("empty");
+    std::fs::create_dir(&empty).unwrap();
+    let Some((result, _)) = graded(COLORS, &["--calls"], &empty) else { return };
+    assert!(result.contains("0 of 1     points: no function MyGlDraw is defined"), "{result}");
 }

@@ -84,6 +84,7 @@ impl Viewer {
                     self.say(format!("there is no frame beyond {before}"));
                 }
             }
+            Action::PixelForward | Action::PixelBack => self.walk_figure(action == Action::PixelForward),
             Action::Look(look) => self.set_look(look),
             Action::Projection => self.next_projection(),
             Action::Cull => self.next_cull(),

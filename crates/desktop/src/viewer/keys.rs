@@ -29,12 +29,14 @@ pub enum Key {
     I,
     J,
     K,
+    N,
     O,
     P,
     Q,
     R,
     S,
     T,
+    U,
     V,
     W,
     Z,
@@ -93,6 +95,8 @@ pub enum Action {
     Pause,
     StepForward,
     StepBack,
+    PixelForward,
+    PixelBack,
     Look(Look),
     Projection,
     Cull,
@@ -131,7 +135,17 @@ impl Binding {
     /// Returns whether holding the key down repeats the action.
     pub fn repeats(&self) -> bool {
         use Action::*;
-        matches!(self.action, StepForward | StepBack | Walk(..) | Turn(..) | Zoom(..) | TurnPlane(..))
+        matches!(
+            self.action,
+            StepForward
+                | StepBack
+                | PixelForward
+                | PixelBack
+                | Walk(..)
+                | Turn(..)
+                | Zoom(..)
+                | TurnPlane(..)
+        )
     }
 }
 
@@ -193,6 +207,8 @@ pub const BINDINGS: &[Binding] = &[
     same(Key::Space, "Space", Action::Pause, "let time run, stop it"),
     same(Key::Period, ".", Action::StepForward, "one frame on"),
     same(Key::Comma, ",", Action::StepBack, "one frame back"),
+    bind(Key::N, "N", Action::PixelForward, "one pixel of a figure on", ""),
+    bind(Key::U, "U", Action::PixelBack, "one pixel of it back", ""),
     bind(Key::J, "J", Action::SaveView, "print the camera as commands", "save this view as JSON"),
     same(Key::K, "K", Action::Crt, "look of a tube (CRT)"),
     same(Key::F2, "F2", Action::Status, "line at the bottom"),
@@ -221,6 +237,7 @@ const SHARED_LINES: &[(Key, usize, &str, &str, &str)] = &[
     (Key::RightBracket, 1, "] [", "", "turn in that plane, back"),
     (Key::Equal, 1, "= -", "nearer, farther", "walk along its second axis"),
     (Key::Period, 1, ". ,", "one frame on, back", "one frame on, back"),
+    (Key::N, 1, "N U", "one pixel of a figure on, back", ""),
     (Key::F2, 1, "F2 F3", "status, frame rate", "status, frame rate"),
     (Key::F9, 1, "F9", "begin, end a GIF; F12 a PNG", "begin, end a GIF; F12 a PNG"),
 ];
@@ -274,7 +291,7 @@ mod tests {
         }
         let (space, nd) = (help_lines(false), help_lines(true));
         let shared: usize = SHARED_LINES.iter().map(|(_, count, ..)| count).sum();
-        assert_eq!(nd.len(), BINDINGS.len() + MOUSE.len() - 3 - shared);
+        assert_eq!(nd.len(), BINDINGS.len() + MOUSE.len() - 4 - shared);
         // Without the planes' four keys and the centre of rotation.
         assert_eq!(space.len(), BINDINGS.len() + MOUSE.len() - 5 - (shared - 2));
         // Where one of the keys has no effect, the others have lines of their own.

@@ -26,6 +26,7 @@ mod status_lines;
 mod studio;
 mod time;
 mod tour;
+mod walk;
 
 pub use keys::{Action, BINDINGS, Binding, Key, Look, MOUSE, help_lines};
 pub use overlay::{Overlay, Zoom};
@@ -57,6 +58,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use time::Rate;
 use tour::Tour;
+use walk::Walk;
 
 /// The contents to view.
 pub enum Model {
@@ -232,6 +234,10 @@ pub struct Viewer {
     smoothing: SubframeMean,
     split: Option<Split>,
     split_screen: Option<SplitScreen>,
+    /// The figure that is stepped through.
+    walk: Option<Box<Walk>>,
+    /// True if its picture was not shown yet.
+    has_walked: bool,
     /// True if a polytope is to be shown as a gallery when nothing else of it is asked for.
     wants_gallery: bool,
     /// Frames for which the model has turned.
@@ -325,6 +331,8 @@ impl Viewer {
             smoothing: SubframeMean::default(),
             split,
             split_screen: None,
+            walk: None,
+            has_walked: false,
             wants_gallery: true,
             turned_frames: 0,
             version: 0,

@@ -31,9 +31,11 @@ impl Viewer {
             self.version += 1;
             self.rate.pictures += 1;
             self.smoothing.restart();
+            // It belongs to the picture before.
+            self.walk = None;
         }
         let is_smoother = !was_stale && self.smooth();
-        was_stale | is_smoother | self.refresh_other()
+        was_stale | std::mem::take(&mut self.has_walked) | is_smoother | self.refresh_other()
     }
 
     /// Draws a scene of three dimensions, on a split screen if it is asked for and fits.
@@ -110,9 +112,10 @@ impl Viewer {
 
     /// Returns the shown picture: the rendered one, its depth, or its difference to the exact one.
     pub fn shown(&self) -> &VideoMemory {
-        match self.show {
-            Show::Picture => self.smoothing.picture().unwrap_or(&self.frame.memory),
-            Show::Depth | Show::Difference => &self.other,
+        match (self.show, &self.walk) {
+            (Show::Picture, Some(walk)) => walk.picture(),
+            (Show::Picture, None) => self.smoothing.picture().unwrap_or(&self.frame.memory),
+            (Show::Depth | Show::Difference, _) => &self.other,
         }
     }
 

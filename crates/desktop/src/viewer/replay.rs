@@ -58,6 +58,24 @@ impl Playing {
         Ok(Playing { engine, playback, view_overrides, used: 0, has_ended: false, notices: Vec::new() })
     }
 
+    /// Returns whether the input is one stream of commands, and no recording.
+    pub fn is_stream(&self) -> bool {
+        self.playback.is_stream()
+    }
+
+    /// Plays the commands that are complete in the first bytes of a stream.
+    pub fn play_bytes(&mut self, bytes: &[u8]) {
+        let mut out = Output::default();
+        while !self.has_ended && self.used < bytes.len() {
+            let budget = Budget { pace: Pace::OneFrame, ..Budget::NONE };
+            let rest = &bytes[self.used..];
+            let (taken, state) = self.playback.feed(&mut self.engine, rest, &mut out, budget);
+            self.used += taken;
+            self.has_ended = state == StreamState::Ended;
+            out.replies.clear();
+        }
+    }
+
     /// Plays until `frames` frames were presented, or to the end.
     pub fn play_to(&mut self, bytes: &[u8], frames: u64) {
         let budget = Budget { pace: Pace::OneFrame, ..Budget::NONE };
@@ -177,6 +195,12 @@ impl Replay {
         let tail =
             |line: &str, words: usize| line.split_whitespace().skip(words).collect::<Vec<_>>().join(" ");
         vec![format!("depth {}", tail(&depth, 3)), format!("pick {}", tail(&pick, 3))]
+    }
+
+    /// Returns the bytes up to the shown frame, and the factory of the engine that they are played on.
+    pub fn played(&self) -> (&[u8], &MakeEngine) {
+        let used = self.playing.as_ref().map_or(0, |playing| playing.used);
+        (&self.bytes[..used.min(self.bytes.len())], &self.make_engine)
     }
 
     /// Returns the work that computes the difference to the picture of the plain render path.

@@ -27,6 +27,7 @@ impl Viewer {
         overlay.bottom.extend(self.failure.iter().map(|f| format!("not drawn: {f}")));
         overlay.bottom.extend(self.message.as_ref().map(|(text, _)| text.clone()));
         overlay.bottom.extend(self.show_line());
+        overlay.bottom.extend(self.walk.as_ref().map(|walk| walk.line()));
         if self.shows_status && !self.shows_help {
             overlay.bottom.extend(self.status());
         }
@@ -52,6 +53,7 @@ impl Viewer {
         let has_ground = matches!(&self.subject, Subject::Space(space) if space.has_ground());
         let has_gallery = matches!(&self.subject, Subject::Nd(nd) if nd.has_gallery());
         let has_turntable = matches!(self.subject, Subject::Space(_));
+        let is_stream = matches!(self.subject, Subject::Replay(_));
         let (is_nd, is_spatial, has_hidden_axis) = match &mut self.subject {
             Subject::Space(_) => (false, true, false),
             Subject::Nd(nd) => (true, true, nd.has_hidden_axis()),
@@ -61,6 +63,7 @@ impl Viewer {
         help_lines_of(is_nd, |action| match action {
             Action::Pause if is_nd => has_gallery,
             Action::Pause | Action::StepForward | Action::StepBack => is_animated,
+            Action::PixelForward | Action::PixelBack => is_stream,
             Action::Ground => has_ground,
             Action::Turntable => has_turntable,
             Action::Compare => has_turntable || has_gallery,
@@ -151,9 +154,12 @@ impl Viewer {
         lines
     }
 
-    /// Returns the inspector for the pixel under the pointer, if it is shown.
+    /// Returns the inspector for the pixel that a figure has reached, or that is under the pointer, if
+    /// it is shown.
     fn zoom_box(&mut self) -> Option<Zoom> {
-        let [x, y] = self.pointer.filter(|_| self.inspects)?.map(|v| v.floor());
+        let (walked, numbers) =
+            self.walk.as_ref().map_or((None, Vec::new()), |walk| (walk.at(), walk.numbers()));
+        let [x, y] = walked.or(self.pointer.filter(|_| self.inspects))?.map(|v| v.floor());
         let (width, height) = (self.frame.memory.width(), self.frame.memory.height());
         let is_inside = (0.0..f64::from(width)).contains(&x) && (0.0..f64::from(height)).contains(&y);
         if !is_inside {
@@ -173,6 +179,11 @@ impl Viewer {
             format!("{r:02x} {g:02x} {b:02x} {a:02x}"),
             format!("R {r} G {g} B {b} A {a}"),
         ];
+        if walked.is_some() {
+            lines.truncate(1);
+            lines.extend(numbers);
+            return Some(Zoom { side: ZOOM_SIDE, colors, lines, belongs_left: x >= width as i32 / 2 });
+        }
         lines.extend(match &mut self.subject {
             Subject::Space(space) => space.inspect(&self.frame, x, y),
             Subject::Nd(nd) => nd.inspect(&self.frame, x as u32, y as u32),

@@ -443,3 +443,46 @@ fn levels_and_billboards_follow_whoever_looks() {
 }
 
 mod studio;
+
+#[test]
+fn a_figure_is_stepped_through_with_its_decision_variable() {
+    let text = "CLEAR navy\nFILLRECT 0 0 9 9 lime\nLINE 12 8 2 5 red\nFILLRECT 0 0 2 2 white\n";
+    let mut viewer = stream_viewer(text);
+    let whole = picture(&mut viewer);
+    assert!(viewer.overlay().zoom.is_none());
+    let red = |bytes: &[u8]| bytes.as_chunks::<4>().0.iter().filter(|p| **p == [255, 0, 0, 255]).count();
+    // What is drawn after the line is not there, and each key draws one pixel of it.
+    let mut pictures = Vec::new();
+    for count in 1..=11 {
+        tap(&mut viewer, Key::N);
+        assert!(viewer.refresh());
+        pictures.push(viewer.shown().bytes().to_vec());
+        assert_eq!(red(viewer.shown().bytes()), count);
+    }
+    assert_eq!(viewer.shown().get_pixel(0, 0).unwrap(), [0, 255, 0, 255]);
+    tap(&mut viewer, Key::N);
+    let overlay = viewer.overlay();
+    assert!(overlay.bottom.iter().any(|line| line == "the figure is whole"), "{overlay:?}");
+    assert!(overlay.bottom.iter().any(|line| line == "LINE, line 3: pixel 11 of 11"), "{overlay:?}");
+    for count in (0..11_usize).rev() {
+        tap(&mut viewer, Key::U);
+        let before = count.checked_sub(1).map(|at| &pictures[at]);
+        assert!(before.is_none_or(|before| picture(&mut viewer) == *before), "{count}");
+    }
+    assert!(viewer.overlay().zoom.is_none() && red(&picture(&mut viewer)) == 0);
+    (0..3).for_each(|_| _ = tap(&mut viewer, Key::N));
+    // d = 2m - n = -4 at first; 2m = 6, 2m - 2n = -14.
+    let zoom = viewer.overlay().zoom.unwrap();
+    assert_eq!(
+        (zoom.lines, zoom.belongs_left),
+        (vec!["x 10 y 7".into(), "step 2".into(), "d -12".into()], false)
+    );
+    tap(&mut viewer, Key::R);
+    assert!(picture(&mut viewer) == whole && viewer.overlay().zoom.is_none());
+    // Only what has figures is stepped through.
+    for mut viewer in [mesh_viewer(), nd_viewer(), stream_viewer(STREAM), stream_viewer("LINE 1 2 3")] {
+        let whole = picture(&mut viewer);
+        tap(&mut viewer, Key::N);
+        assert!(viewer.message.is_some() && (viewer.is_animated() || picture(&mut viewer) == whole));
+    }
+}

@@ -50,6 +50,7 @@ mod resources;
 mod scene_request;
 mod settings;
 mod status;
+mod steps;
 mod surface;
 mod trace;
 
@@ -83,6 +84,7 @@ pub(crate) use pieces::Pieces;
 use quotas::Quotas;
 pub use request::Request;
 pub use status::{OutputState, OutputStatus, Status};
+pub use steps::{Step, figure_steps};
 pub use trace::figure_numbers;
 
 /// Action that the caller must take after a command.

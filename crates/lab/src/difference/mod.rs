@@ -38,6 +38,8 @@ pub enum Class {
     Whole,
     /// Farther from the ideal line than half a pixel, or missing because of such a pixel.
     OutsideLine,
+    /// All of a line is missing, but perhaps its ends.
+    MissingLine,
     /// A line's pixels up to its end are missing.
     MissingAtEnd,
     /// A pixel inside a line is missing.
@@ -62,9 +64,10 @@ pub enum Class {
 
 impl Class {
     /// All classes, in the order of the texts.
-    pub const ALL: [Class; 12] = [
+    pub const ALL: [Class; 13] = [
         Class::Whole,
         Class::OutsideLine,
+        Class::MissingLine,
         Class::MissingAtEnd,
         Class::GapInLine,
         Class::Ramp,
@@ -82,6 +85,7 @@ impl Class {
         match self {
             Class::Whole => "whole",
             Class::OutsideLine => "outside-line",
+            Class::MissingLine => "missing-line",
             Class::MissingAtEnd => "missing-at-end",
             Class::GapInLine => "gap-in-line",
             Class::Ramp => "ramp",
@@ -246,11 +250,11 @@ struct Words {
     whole: Option<Whole>,
     law: Option<Law>,
     /// Places of each class.
-    places: [Vec<[u32; 2]>; 12],
+    places: [Vec<[u32; 2]>; 13],
     /// Largest distance from the ideal line, and the line.
     outside: Option<(f64, String)>,
     /// First line of a class.
-    subjects: [Option<String>; 12],
+    subjects: [Option<String>; 13],
     on_edge: u64,
     beside_edge: f64,
 }
@@ -287,6 +291,7 @@ impl Words {
                 ),
                 None => format!("missing beside a pixel outside the ideal line: {subject}"),
             },
+            Class::MissingLine => format!("a whole line is missing: {subject}"),
             Class::MissingAtEnd => format!(
                 "missing at the end: both ends of a line belong to it, so a line of n steps has n + 1 \
                  pixels: {subject}"

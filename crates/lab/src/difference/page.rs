@@ -12,9 +12,10 @@ const MAGNIFIED: i64 = 14;
 
 /// Colour of a class.
 fn color(class: Class) -> [u8; 4] {
-    const COLORS: [[u8; 3]; 12] = [
+    const COLORS: [[u8; 3]; 13] = [
         [255, 0, 255],
         [255, 80, 0],
+        [140, 70, 0],
         [255, 200, 0],
         [200, 255, 0],
         [0, 200, 120],

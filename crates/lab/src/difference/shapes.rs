@@ -12,6 +12,7 @@
 use super::pixels::{Pixels, pixel};
 use super::{Class, distance};
 use fbptr_core::memory::Rgba;
+use std::cell::RefCell;
 use std::collections::HashMap;
 use std::fmt;
 
@@ -119,6 +120,19 @@ pub(super) struct Judge<'a> {
     geometry: &'a Geometry<'a>,
     pixels: &'a Pixels<'a>,
     cells: HashMap<[i64; 2], Vec<u32>>,
+    /// Lines that were looked at as a whole, by their addresses.
+    lines: RefCell<HashMap<*const Shape, Presence>>,
+}
+
+/// Part of a line that is in a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Presence {
+    /// Some of it, in its place or one beside it.
+    Some,
+    /// Nothing but perhaps its ends, which other lines may have.
+    Nothing,
+    /// Nothing in its colour, but something else.
+    OtherColors,
 }
 
 /// A place on an ideal line or circle.
@@ -196,7 +210,7 @@ impl<'a> Judge<'a> {
                 break;
             }
         }
-        Judge { geometry, pixels, cells }
+        Judge { geometry, pixels, cells, lines: RefCell::default() }
     }
 
     /// Returns the figures near a pixel, the latest drawn first.
@@ -217,14 +231,18 @@ impl<'a> Judge<'a> {
     /// Returns whether a pixel and its neighbour are exchanged where an ideal line passes midway.
     pub fn is_tie(&self, at: [u32; 2]) -> bool {
         let place = at.map(i64::from);
+        let is_same = |a: Option<Rgba>, b: Option<Rgba>| match (a, b) {
+            (Some(a), Some(b)) => self.pixels.is_same(a, b),
+            _ => a == b,
+        };
         self.near(at).any(|shape| {
             let Shape::Line { ends, .. } = shape else { return false };
             let p = along(ends, place);
             let twin = moved(place, p.minor, 1);
             p.is_inside()
                 && p.twice.abs() == p.divisor
-                && self.mine(twin) == self.exact(place)
-                && self.mine(place) == self.exact(twin)
+                && is_same(self.mine(twin), self.exact(place))
+                && is_same(self.mine(place), self.exact(twin))
         })
     }
 
@@ -259,11 +277,7 @@ impl<'a> Judge<'a> {
     ) -> Option<Verdict> {
         let p = along(ends, at);
         let (found, right) = (self.mine(at)?, self.exact(at)?);
-        // Without a known colour, whatever is not background.
-        let is_at = |c: Rgba, step: i64| match colors {
-            Some(colors) => distance(c, mix(colors, step.clamp(0, p.steps), p.steps)) <= STEPS,
-            None => !self.pixels.is_same(c, self.pixels.background),
-        };
+        let is_at = |c: Rgba, step: i64| self.is_of_step(colors, c, step, p.steps);
         let is_of_line = |c: Rgba| !is_blended && is_at(c, p.step);
         let verdict = |class, distance: Option<f64>| {
             Some(Verdict { class, distance, subject: shape.to_string(), is_certain: false })
@@ -279,6 +293,12 @@ impl<'a> Judge<'a> {
         }
         if colors.is_some_and(|c| c[0] != c[1] && on_ramp(c, found)) {
             return verdict(Class::Ramp, None);
+        }
+        match self.presence(shape, ends, colors) {
+            Presence::Nothing => return verdict(Class::MissingLine, None),
+            // A law may explain them.
+            Presence::OtherColors => return None,
+            Presence::Some => {}
         }
         let is_drawn = |at: [i64; 2]| self.mine(at).is_some_and(is_of_line);
         if [-1, 1].iter().any(|d| is_drawn(moved(at, p.minor, *d))) {
@@ -297,6 +317,48 @@ impl<'a> Judge<'a> {
             true => verdict(Class::MissingAtEnd, None),
             false => verdict(Class::GapInLine, None),
         }
+    }
+
+    /// Returns whether a colour is that of a line's step; without a known colour, whatever is not
+    /// background.
+    fn is_of_step(&self, colors: Option<&[Rgba; 2]>, c: Rgba, step: i64, steps: i64) -> bool {
+        match colors {
+            Some(colors) => distance(c, mix(colors, step.clamp(0, steps), steps)) <= STEPS,
+            None => !self.pixels.is_same(c, self.pixels.background),
+        }
+    }
+
+    /// Returns what of a line is in the picture.
+    fn presence(&self, shape: &Shape, ends: &[[i32; 2]; 2], colors: Option<&[Rgba; 2]>) -> Presence {
+        if let Some(known) = self.lines.borrow().get(&std::ptr::from_ref(shape)) {
+            return *known;
+        }
+        let first = ends[0].map(i64::from);
+        let Along { steps, major, .. } = along(ends, first);
+        // Other lines may light the ends, and pixels that they cross.
+        let [from, to] = if steps > 4 { [1, steps - 1] } else { [0, steps] };
+        // The steps in the frame alone.
+        let m = usize::from(major[0] == 0);
+        let last = i64::from(self.pixels.size[m]) - 1 - first[m];
+        let (least, most) = if major[m] > 0 { (-first[m], last) } else { (-last, first[m]) };
+        let [mut count, mut near, mut empty] = [0_u64; 3];
+        for step in from.max(least)..=to.min(most) {
+            let place = moved(first, major, step);
+            let q = along(ends, place);
+            let place = moved(place, q.minor, (q.distance() + 0.499).floor() as i64);
+            let Some(found) = self.mine(place) else { continue };
+            let is_found = |at| self.mine(at).is_some_and(|c| self.is_of_step(colors, c, step, steps));
+            count += 1;
+            near += u64::from((-1..=1).any(|d| is_found(moved(place, q.minor, d))));
+            empty += u64::from(self.pixels.is_same(found, self.pixels.background));
+        }
+        let presence = match (near * 10 <= count, empty * 2 >= count) {
+            (false, _) => Presence::Some,
+            (true, true) => Presence::Nothing,
+            (true, false) => Presence::OtherColors,
+        };
+        self.lines.borrow_mut().insert(shape, presence);
+        presence
     }
 
     fn circle(&self, shape: &Shape, c: [i32; 2], radius: i32, color: Rgba, at: [i64; 2]) -> Option<Verdict> {

@@ -129,6 +129,16 @@ fn a_tie_is_right_either_way_and_a_neighbour_that_is_none_is_not() {
     let d = compare(&mine, &exact, std::slice::from_ref(&shape));
     assert!(d.is_equal() && d.ties == 6, "{d}");
     assert!(d.to_string().contains("6 more differ and are right"), "{d}");
+    // So is one in a colour that may differ.
+    let mut near = mine.clone();
+    for y in [2, 3] {
+        if near.get_pixel(5, y).unwrap() == RED {
+            near.put_pixel(5, y, [254, 0, 0, 255]);
+        }
+    }
+    let geometry = Geometry { shapes: vec![shape.clone()], surface: &no_surface, is_complete: true };
+    let d = WrongPixels::new(&near, &exact, 1, Some(&geometry));
+    assert!(d.is_equal() && d.ties == 6, "{d}");
     // Both pixels of a tie are one too many.
     mine.put_pixel(5, 2, RED);
     mine.put_pixel(5, 3, RED);
@@ -151,6 +161,23 @@ fn missing_at_the_end_and_a_gap() {
     let mut mine = exact.clone();
     mine.put_pixel(20, exact_row(&exact, 20), background);
     only(&compare(&mine, &exact, &[shape]), Class::GapInLine);
+}
+
+#[test]
+fn a_whole_line_is_missing() {
+    let ends = [[[2, 5], [52, 18]], [[52, 18], [30, 40]], [[8, 40], [9, 40]]];
+    let mut mine = memory();
+    draw2d::line(&mut mine, ends[0][0], ends[0][1], RED.into(), Blend::Replace);
+    let mut exact = mine.clone();
+    ends[1..].iter().for_each(|[a, b]| draw2d::line(&mut exact, *a, *b, RED.into(), Blend::Replace));
+    let shapes = ends.map(|ends| Shape::Line { ends, colors: Some([RED; 2]), is_blended: false });
+    // The end that both have is lit.
+    let d = compare(&mine, &exact, &shapes);
+    only(&d, Class::MissingLine);
+    assert!(
+        d.wrong == 24 && d.to_string().contains("a whole line is missing: the line from (52, 18)"),
+        "{d}"
+    );
 }
 
 fn exact_row(exact: &VideoMemory, x: i32) -> i32 {

@@ -7,14 +7,22 @@
 //! memory, window and main.
 //!
 //! In: a folder of sources. Out: a copy of it with that change, and for each figure the function that
-//! is called. Right is: the copy draws what the student's functions draw, and nothing else does; a
-//! program that never calls `MyGlDraw`, or does not return from it, is found by marks that it leaves.
+//! is called, or why there is none. Right is: the copy draws what the student's functions draw, and
+//! nothing else does; a program that never calls `MyGlDraw`, or does not return from it, is found by
+//! marks that it leaves.
 
+mod copy;
 mod driver;
+mod names;
 mod source;
+mod text;
+mod writer;
 
+use super::compiled::{Fault, Refusal, is_error};
 use crate::memory::parse_color;
-use driver::{Call, FIGURES, calls};
+use copy::{copy_folder, is_own};
+use driver::{Call, call};
+use names::FIGURES;
 use source::Declared;
 use std::ffi::OsStr;
 use std::fmt::Write;
@@ -24,36 +32,68 @@ use std::process::Command;
 
 /// The function that the framework calls.
 const ENTRY: &str = "MyGlDraw";
-/// Folders of folders, files and bytes that are copied at most.
-const DEPTH: u32 = 8;
-const FILES: usize = 20_000;
-const BYTES: u64 = 512 << 20;
+/// Beginning of the names of the parts that call a function, in the compiler's errors.
+const PART: &str = "fbptr_call_";
 
-/// A copy whose functions are called.
-#[derive(Debug)]
+/// Functions that are called, and figures that have none.
+#[derive(Clone, Debug, Default)]
 pub struct Called {
     calls: Vec<Call>,
+    /// Figures without a function, and why.
+    lost: Vec<(&'static str, String)>,
 }
 
 impl Called {
-    /// Returns a line for each figure: the function that is called, or that there is none.
+    /// Returns a line for each figure: the function that is called, or why there is none.
     pub fn text(&self) -> String {
         let line = |verb: &str| match self.calls.iter().find(|call| call.verb == verb) {
             Some(call) => format!("  {verb:<5} {}\n", call.shown),
-            None => format!("  {verb:<5} no function is found\n"),
+            None => format!("  {verb:<5} {}\n", self.why(verb)),
         };
         FIGURES.iter().map(|figure| line(figure.verb)).collect()
     }
 
-    /// Returns the verbs of a plain stream for which there is no function, each once.
-    pub fn missing<'s>(&self, stream: &'s str) -> Vec<&'s str> {
+    fn why(&self, verb: &str) -> String {
+        let lost = self.lost.iter().find(|(other, _)| *other == verb);
+        lost.map_or_else(|| format!("no function for {verb} is found"), |(_, why)| why.clone())
+    }
+
+    /// Returns why a plain stream has figures that cannot be drawn.
+    pub fn missing(&self, stream: &str) -> Option<String> {
         let mut missing: Vec<&str> = Vec::new();
         for verb in stream.lines().filter_map(|line| line.split(' ').next()) {
             if !self.calls.iter().any(|call| call.verb == verb) && !missing.contains(&verb) {
                 missing.push(verb);
             }
         }
-        missing
+        let why: Vec<String> = missing.iter().map(|verb| self.why(verb)).collect();
+        (!why.is_empty()).then(|| why.join("; "))
+    }
+
+    /// Returns the figures that have a function.
+    pub fn verbs(&self) -> Vec<&'static str> {
+        self.calls.iter().map(|call| call.verb).collect()
+    }
+
+    /// Takes a figure's function away; `{}` in the reason stands for it.
+    pub fn lose(&mut self, verb: &'static str, why: String) {
+        let lost: Vec<Call> = self.calls.extract_if(.., |call| call.verb == verb).collect();
+        self.lost.extend(lost.iter().map(|call| (verb, why.replace("{}", &call.shown))));
+    }
+
+    /// Returns the figures whose call is wrong by a compiler's messages, and the first error of each.
+    pub fn blamed(&self, messages: &str) -> Vec<(&'static str, String)> {
+        let first = |call: &Call| {
+            let part = format!("{PART}{}:", call.verb);
+            let missing = ["(", "'"].map(|end| format!("undefined reference to `{}{end}", call.function));
+            let is_own = |line: &&str| {
+                is_error(line) && (line.contains(&part) || missing.iter().any(|text| line.contains(text)))
+            };
+            let line = messages.lines().find(is_own)?;
+            let at = ["error: ", "undefined reference"].iter().find_map(|word| line.find(word)).unwrap_or(0);
+            Some((call.verb, line[at..].to_owned()))
+        };
+        self.calls.iter().filter_map(first).collect()
     }
 
     /// Lets a command read the figures of a file.
@@ -81,6 +121,40 @@ impl Called {
             Some(call.shown.as_str())
         })
     }
+
+    /// Returns a plain stream with rounded coordinates in the figures whose functions take whole
+    /// numbers; `None` if nothing changes.
+    pub fn in_whole(&self, stream: &str) -> Option<String> {
+        let is_whole = |verb: &str| self.calls.iter().any(|call| call.verb == verb && call.takes_whole);
+        let whole = with_coordinates(stream, &|verb, value| match is_whole(verb) {
+            true => (value + 0.5).floor(),
+            false => value,
+        });
+        (with_coordinates(stream, &|_, value| value) != whole).then_some(whole)
+    }
+}
+
+/// Returns a plain stream whose filled triangles have their corners at the centres of pixels.
+pub fn at_centres(stream: &str) -> String {
+    with_coordinates(stream, &|verb, value| if verb == "FILL" { value + 0.5 } else { value })
+}
+
+/// Returns a plain stream with changed coordinates.
+fn with_coordinates(stream: &str, change: &dyn Fn(&str, f64) -> f64) -> String {
+    let mut text = String::new();
+    for line in stream.lines() {
+        let verb = line.split(' ').next().unwrap_or("");
+        let points = FIGURES.iter().find(|figure| figure.verb == verb).map_or(0, |figure| figure.points);
+        for (at, word) in line.split(' ').enumerate() {
+            let is_place = (1..=2 * points).contains(&at);
+            let _ = match word.parse::<f64>().ok().filter(|value| is_place && value.is_finite()) {
+                Some(value) => write!(text, " {}", change(verb, value)),
+                None => write!(text, "{}{word}", if at == 0 { "" } else { " " }),
+            };
+        }
+        text.push('\n');
+    }
+    text
 }
 
 /// Returns the file in which a program notes that it has read the figures of a file.
@@ -132,48 +206,103 @@ pub fn in_white(stream: &str) -> Option<String> {
     Some(text)
 }
 
-/// Copies a folder to `copy` and makes its functions be called.
+/// A copy of a program, whose sources are written again with fewer calls if some do not compile.
+pub struct Prepared {
+    entries: Vec<(Entry, Vec<Call>)>,
+    pub called: Called,
+}
+
+impl Prepared {
+    /// Writes the sources with all calls that are left.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn write(&self) -> Result<(), String> {
+        let verbs = self.called.verbs();
+        self.write_those(&|call| verbs.contains(&call.verb))
+    }
+
+    /// Writes the sources with one call, or none.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn only(&self, verb: Option<&str>) -> Result<(), String> {
+        self.write_those(&|call| Some(call.verb) == verb)
+    }
+
+    fn write_those(&self, is_kept: &dyn Fn(&Call) -> bool) -> Result<(), String> {
+        for (entry, calls) in &self.entries {
+            let kept: Vec<&Call> = calls.iter().filter(|call| is_kept(call)).collect();
+            let write = fs::write(&entry.path, entry.changed(&kept));
+            write.map_err(|e| format!("{}: {e}", entry.path.display()))?;
+        }
+        Ok(())
+    }
+}
+
+/// Copies a folder to `copy` and makes its functions be called, where the copy is written.
 ///
 /// # Errors
-/// The reason for which the program cannot be graded so.
-pub fn prepare(folder: &Path, copy: &Path) -> Result<Called, String> {
-    let mut sources = Vec::new();
-    let mut left = (FILES, BYTES);
-    copy_folder(folder, copy, DEPTH, &mut left, &mut sources)?;
-    sources.retain(|path| is_own(path.strip_prefix(copy).unwrap_or(path)));
-    let mut declared = Declared::default();
-    let mut entries = Vec::new();
-    for path in &sources {
-        let bytes = fs::read(path).map_err(|e| format!("{}: {e}", path.display()))?;
+/// Why the program cannot be graded so.
+pub fn prepare(folder: &Path, copy: &Path) -> Result<Prepared, Refusal> {
+    let sources = copy_folder(folder, copy).map_err(Refusal::Use)?;
+    let mut files = Vec::new();
+    for path in sources.into_iter().filter(|path| is_own(path.strip_prefix(copy).unwrap_or(path))) {
+        let bytes = fs::read(&path).map_err(|e| Refusal::Use(format!("{}: {e}", path.display())))?;
         let own = Declared::read(&bytes);
+        files.push((path, bytes, own));
+    }
+    let entries = files.iter().filter_map(|(path, bytes, own)| {
         let bodies = own.functions.iter().filter(|f| f.name == ENTRY).filter_map(|f| f.body);
         let bodies: Vec<usize> = bodies.collect();
-        if !bodies.is_empty() {
-            // A `main` beside it tells the program from tests of it.
-            let is_main = own.functions.iter().any(|f| f.name == "main");
-            entries.push(Entry { path: path.clone(), bytes, bodies, is_main });
+        // A `main` beside it tells the program from tests of it.
+        let is_main = own.functions.iter().any(|f| f.name == "main");
+        (!bodies.is_empty()).then(|| Entry { path: path.clone(), bytes: bytes.clone(), bodies, is_main })
+    });
+    let mut entries: Vec<Entry> = entries.collect();
+    entries.sort_by_key(|entry| !entry.is_main);
+    let mut all: Vec<(Entry, Called)> = Vec::new();
+    for entry in entries {
+        let (declared, mut called) = (seen_by(&entry, &files), Called::default());
+        for figure in &FIGURES {
+            match call(&declared, figure, entry.is_cpp()) {
+                Ok(call) => called.calls.push(call),
+                Err(why) => called.lost.push((figure.verb, why)),
+            }
         }
-        declared.functions.extend(own.functions);
-        declared.records.extend(own.records);
-        declared.aliases.extend(own.aliases);
+        all.push((entry, called));
+    }
+    // Which of several is compiled is the program's own choice: the first is told.
+    let Some(called) = all.first().map(|(_, called)| called.clone()) else {
+        let text = format!("no function {ENTRY} is defined, which the framework calls");
+        return Err(Refusal::Fault(Fault { text, errors: Vec::new() }));
+    };
+    let entries = all.into_iter().map(|(entry, called)| (entry, called.calls)).collect();
+    Ok(Prepared { entries, called })
+}
+
+/// Returns what all sources declare, as a file sees it.
+fn seen_by(entry: &Entry, files: &[(PathBuf, Vec<u8>, Declared)]) -> Declared {
+    let mut all = Declared::default();
+    for (path, _, own) in files {
+        let name = path.file_name().unwrap_or_default().as_encoded_bytes();
+        let is_included = entry.bytes.windows(name.len().max(1)).any(|part| part == name);
+        let is_seen = *path == entry.path || is_header(path) || is_included;
+        let functions = own.functions.iter().cloned();
+        all.functions.extend(functions.map(|f| source::Function { is_static: f.is_static && !is_seen, ..f }));
+        all.records.extend(own.records.iter().cloned());
+        all.aliases.extend(own.aliases.iter().cloned());
+        all.is_scaled |= own.is_scaled;
     }
     // A function that is only declared is not written yet.
     let written: Vec<String> =
-        declared.functions.iter().filter(|f| f.body.is_some()).map(|f| f.name.clone()).collect();
-    declared.functions.retain(|f| written.contains(&f.name));
-    let Some(first) = entries.iter().find(|entry| entry.is_main).or(entries.first()) else {
-        return Err(format!("{}: --calls: no function {ENTRY} is defined", folder.display()));
-    };
-    let shown = calls(&declared, first.is_cpp());
-    if shown.is_empty() {
-        return Err(format!("{}: --calls: no function that draws is understood", folder.display()));
-    }
-    // Which of several is compiled is the program's own choice.
-    for entry in &entries {
-        let changed = entry.changed(&calls(&declared, entry.is_cpp()));
-        fs::write(&entry.path, changed).map_err(|e| format!("{}: {e}", entry.path.display()))?;
-    }
-    Ok(Called { calls: shown })
+        all.functions.iter().filter(|f| f.body.is_some()).map(|f| f.name.clone()).collect();
+    all.functions.retain(|f| written.contains(&f.name));
+    all
+}
+
+fn is_header(path: &Path) -> bool {
+    matches!(path.extension().and_then(OsStr::to_str), Some("h" | "hpp" | "H"))
 }
 
 /// A source that defines the function that the framework calls.
@@ -191,10 +320,11 @@ impl Entry {
     }
 
     /// Returns the source with the reader in place of each definition's own statements.
-    fn changed(&self, calls: &[Call]) -> Vec<u8> {
+    fn changed(&self, calls: &[&Call]) -> Vec<u8> {
         let mark = self.bytes.strip_prefix(b"\xef\xbb\xbf").map_or(0, |_| 3);
         let mut changed = self.bytes[..mark].to_vec();
-        changed.extend(b"static void fbptr_figures(void);\n");
+        // The program's lines keep their numbers.
+        changed.extend(b"static void fbptr_figures(void);\n#line 1\n");
         let mut from = mark;
         for body in &self.bodies {
             changed.extend(&self.bytes[from..*body]);
@@ -208,16 +338,18 @@ impl Entry {
 }
 
 /// Returns the code that reads figures and calls functions.
-fn reader(calls: &[Call]) -> String {
-    let mut text = include_str!("reader.c").to_owned();
+fn reader(calls: &[&Call]) -> String {
+    let mut text = format!("\n#line 1 \"fbptr_reader\"\n{}", include_str!("reader.c"));
     for call in calls {
         let _ = write!(
             text,
-            "static void fbptr_{}(const double *fbptr_p, const unsigned *fbptr_c) {{\n    (void)fbptr_c;\n{}}}\n",
-            call.verb, call.code
+            "#line 1 \"{PART}{verb}\"\nstatic void fbptr_{verb}(const double *fbptr_p, const unsigned *fbptr_c) {{\n    \
+             (void)fbptr_c;\n{}}}\n",
+            call.code,
+            verb = call.verb
         );
     }
-    text += "static void fbptr_figures(void) {\n    static int fbptr_times = 0;\n    char fbptr_line[1024];\n    \
+    text += "#line 1 \"fbptr_reader\"\nstatic void fbptr_figures(void) {\n    static int fbptr_times = 0;\n    char fbptr_line[1024];\n    \
              const char *fbptr_name = getenv(\"FBPTR_FIGURES\");\n    \
              FILE *fbptr_file = fbptr_name ? fopen(fbptr_name, \"r\") : 0;\n    \
              if (fbptr_file == 0) return;\n    if (fbptr_times == 0) fbptr_mark(\"called\");\n    \
@@ -244,62 +376,6 @@ fn reader(calls: &[Call]) -> String {
             (void)fbptr_whole;\n}\n#endif\n"
 }
 
-/// Copies a folder's files but compiled ones, and collects its sources.
-fn copy_folder(
-    from: &Path,
-    to: &Path,
-    depth: u32,
-    left: &mut (usize, u64),
-    sources: &mut Vec<PathBuf>,
-) -> Result<(), String> {
-    let failed = |path: &Path, e: std::io::Error| format!("{}: {e}", path.display());
-    fs::create_dir_all(to).map_err(|e| failed(to, e))?;
-    let entries = fs::read_dir(from).map_err(|e| failed(from, e))?;
-    let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
-    paths.sort();
-    for path in paths {
-        let Some(name) = path.file_name() else { continue };
-        let Ok(meta) = path.symlink_metadata() else { continue };
-        let target = to.join(name);
-        if name.as_encoded_bytes().starts_with(b".") {
-            continue;
-        }
-        if meta.is_dir() && depth > 0 {
-            copy_folder(&path, &target, depth - 1, left, sources)?;
-        }
-        let ending = path.extension().and_then(OsStr::to_str).unwrap_or("").to_ascii_lowercase();
-        // An object that is newer than its source would not be compiled.
-        if !meta.is_file() || matches!(ending.as_str(), "o" | "a" | "obj" | "so") || is_program(&path) {
-            continue;
-        }
-        if left.0 == 0 || left.1 < meta.len() {
-            return Err(format!("{}: --calls: the folder is too large", from.display()));
-        }
-        *left = (left.0 - 1, left.1 - meta.len());
-        fs::write(&target, fs::read(&path).map_err(|e| failed(&path, e))?).map_err(|e| failed(&target, e))?;
-        let is_small = meta.len() < 1 << 20;
-        if is_small && matches!(ending.as_str(), "c" | "cpp" | "cc" | "cxx" | "h" | "hpp") {
-            sources.push(target);
-        }
-    }
-    Ok(())
-}
-
-/// Returns whether a file is a program that was compiled.
-fn is_program(path: &Path) -> bool {
-    use std::io::Read;
-    let mut first = [0; 4];
-    fs::File::open(path).and_then(|mut file| file.read_exact(&mut first)).is_ok() && first == *b"\x7fELF"
-}
-
-/// Returns whether a source, by its path in the program's folder, is not of a library that travels with
-/// the program.
-fn is_own(path: &Path) -> bool {
-    let folders = path.parent().into_iter().flat_map(Path::components);
-    let mut names = folders.map(|part| part.as_os_str().to_string_lossy().to_ascii_lowercase());
-    !names.any(|name| name == "glm" || name.starts_with("glm-") || name.starts_with("eigen"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -309,8 +385,24 @@ mod tests {
         let stream = "# two pixels\nSIZE 64 48\n\npx 1 2 red\n PX 3 4 #0f0\nLINE 1 2 3 4 ff ff8000ff\nCIRCLE 1 2 3 red\n";
         let plain = plain(stream);
         assert_eq!(plain, "PX 1 2 ff0000\nPX 3 4 00ff00\nLINE 1 2 3 4 ffffff ff8000\nCIRCLE 1 2 3 ff0000\n");
-        let called = Called { calls: Vec::new() };
-        assert_eq!(called.missing(&plain), ["PX", "LINE", "CIRCLE"]);
+        let lost = vec![("LINE", "a reason".to_owned())];
+        let missing = Called { calls: Vec::new(), lost }.missing(&plain).unwrap();
+        assert_eq!(missing, "no function for PX is found; a reason; no function for CIRCLE is found");
+    }
+
+    #[test]
+    fn corners_are_rounded_where_a_function_takes_whole_numbers() {
+        let declared = Declared::read(
+            b"void FillTriangle(int x0, int y0, int x1, int y1, int x2, int y2) {}\
+                                        void PutPixel(float x, float y) {}",
+        );
+        let calls = FIGURES.iter().filter_map(|figure| call(&declared, figure, true).ok()).collect();
+        let called = Called { calls, lost: Vec::new() };
+        let stream = "PX 0.25 1\nFILL -0.5 1.25 2.5 3 4 5.75 ff0000\n";
+        let whole = called.in_whole(stream).unwrap();
+        assert_eq!(whole, "PX 0.25 1\nFILL 0 1 3 3 4 6 ff0000\n");
+        assert_eq!(at_centres(&whole), "PX 0.25 1\nFILL 0.5 1.5 3.5 3.5 4.5 6.5 ff0000\n");
+        assert_eq!(called.in_whole(&whole), None);
     }
 
     #[test]
@@ -324,14 +416,16 @@ mod tests {
         fs::write(from.join("glMain.cpp"), header).unwrap();
         fs::write(from.join("old.c"), "\u{feff}void MyGlDraw() { }\n").unwrap();
         fs::write(from.join("glm/mygl.h"), "void MyGlDraw() { }\n").unwrap();
-        let called = prepare(&from, &to).unwrap();
-        assert!(called.text().contains("LINE  no function is found"), "{}", called.text());
+        let prepared = prepare(&from, &to).unwrap_or_else(|e| panic!("{e:?}"));
+        prepared.write().unwrap();
+        let called = &prepared.called;
+        assert!(called.text().contains("LINE  no function for LINE is found"), "{}", called.text());
         let count = |name: &str| {
             let text = fs::read_to_string(to.join(name)).unwrap();
             let places = text.matches("{ fbptr_figures(); return; }").count();
             (places, text.matches("static void fbptr_figures(void) {").count())
         };
-        assert_eq!((count("glMain.cpp"), count("old.c"), count("glm/mygl.h")), ((2, 1), (1, 1), (0, 0)));
+        assert_eq!((count("glMain.cpp"), count("old.c"), count("glm/mygl.h")), ((1, 1), (1, 1), (0, 0)));
         assert!(fs::read_to_string(to.join("old.c")).unwrap().starts_with("\u{feff}static void"));
         fs::remove_dir_all(&folder).unwrap();
     }

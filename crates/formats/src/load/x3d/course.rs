@@ -86,6 +86,11 @@ impl X3dDocument {
         self.field_of_view = reading.field_of_view;
     }
 
+    /// Returns whether the scene is drawn in pixels, as the dialect of its [`Reading`] has it.
+    pub fn is_in_pixels(&self) -> bool {
+        self.is_in_pixels
+    }
+
     /// [`X3dDocument::at`], for a picture of `size`, width and height in pixels, as the document's
     /// [`Reading`] has it.
     pub fn at_size(&self, time: f64, size: [u32; 2]) -> Scene {
