@@ -1,5 +1,5 @@
 /* Stands for a library that Windows 7 and later have and Wine 8 lacks, from which Rust's standard library takes random
-   numbers. For `.ci/release/try-wine` alone; never shipped. */
+   numbers. For Wine alone (`wine_library`); never shipped. */
 #include <windows.h>
 
 BOOLEAN NTAPI SystemFunction036(PVOID bytes, ULONG length); /* RtlGenRandom */

@@ -2,8 +2,8 @@
 
     python3 .ci/release/parts.py --target TARGET --sbom FILE.json --licenses FILE.txt
 
-In: `cargo metadata` of the locked tree for one target, the packages' own licence files. Out: the same bytes for the same
-lock file. Crates that are only built with (build and test dependencies) are left out.
+In: `cargo tree` for one target and `cargo metadata`, both of the lock file; the packages' own licence files. Out: the same
+bytes for the same lock file. Crates that are only built with (build and test dependencies) are left out.
 """
 
 import argparse
@@ -12,22 +12,16 @@ import pathlib
 import subprocess
 
 
-def shipped(metadata):
+def shipped(target):
     """Returns the packages that are linked into the program, sorted by name."""
-    nodes = {node["id"]: node for node in metadata["resolve"]["nodes"]}
-    packages = {package["id"]: package for package in metadata["packages"]}
-    open_ids = [metadata["resolve"]["root"]]
-    seen = set()
-    while open_ids:
-        package = open_ids.pop()
-        if package in seen:
-            continue
-        seen.add(package)
-        for edge in nodes[package]["deps"]:
-            is_macro = any("proc-macro" in target["kind"] for target in packages[edge["pkg"]]["targets"])
-            if not is_macro and any(kind["kind"] is None for kind in edge["dep_kinds"]):
-                open_ids.append(edge["pkg"])
-    return sorted((packages[i] for i in seen), key=lambda p: (p["name"], p["version"]))
+    # The tree knows which dependencies a target and the features leave out; the metadata know the rest.
+    tree = ["cargo", "tree", "--locked", "--target", target, "--edges", "normal,no-proc-macro", "--prefix", "none", "--format", "{p}"]
+    lines = subprocess.check_output(tree, text=True).splitlines()
+    linked = {tuple(line.split()[:2]) for line in lines if line}
+    metadata = json.loads(subprocess.check_output(["cargo", "metadata", "--locked", "--format-version", "1"]))
+    parts = [p for p in metadata["packages"] if (p["name"], "v" + p["version"]) in linked]
+    assert len(parts) == len(linked), "packages of one name and version"
+    return sorted(parts, key=lambda p: (p["name"], p["version"]))
 
 
 def sbom(parts, checksums):
@@ -81,8 +75,7 @@ def main():
     parser.add_argument("--sbom", required=True)
     parser.add_argument("--licenses", required=True)
     args = parser.parse_args()
-    command = ["cargo", "metadata", "--locked", "--format-version", "1", "--filter-platform", args.target]
-    parts = shipped(json.loads(subprocess.check_output(command)))
+    parts = shipped(args.target)
     checksums, package = {}, {}
     for line in pathlib.Path("Cargo.lock").read_text().splitlines():
         if line == "[[package]]":

@@ -1,6 +1,7 @@
-//! Compiles the preload library of `fbptr run` (`preload/lib.rs`) for Linux with the GNU C library,
-//! so that the program carries it, compressed. Elsewhere nothing is compiled. The cfg
-//! `fbptr_preload` says that there is one; crates above read it as `DEP_FBPTR_PRELOAD_IS_BUILT`.
+//! Compresses the script of the tour, which the program carries, and compiles the preload library of
+//! `fbptr run` (`preload/lib.rs`) for Linux with the GNU C library, which it carries too. Elsewhere
+//! nothing is compiled. The cfg `fbptr_preload` says that there is one; crates above read it as
+//! `DEP_FBPTR_PRELOAD_IS_BUILT`.
 
 use std::env;
 use std::io::Write;
@@ -11,6 +12,10 @@ fn main() {
     println!("cargo::rerun-if-changed=preload");
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rustc-check-cfg=cfg(fbptr_preload)");
+    let script = "src/viewer/tour/steps.fbs";
+    println!("cargo::rerun-if-changed={script}");
+    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it"));
+    pack(Path::new(script), &out.join("steps.fbs.gz"));
     let set = |name: &str| env::var(name).unwrap_or_default();
     let is_known = ["x86_64", "aarch64", "riscv64"].contains(&&*set("CARGO_CFG_TARGET_ARCH"));
     // Without a linker for another architecture the program cannot be linked either, only checked.
@@ -22,7 +27,6 @@ fn main() {
     {
         return;
     }
-    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it"));
     compile(&out.join("fbptr_preload.so"), &[]);
     // The name by which the loader knows a library that a program was linked with.
     compile(&out.join("fbptr_glut.so"), &["--cfg", "glut", "-C", "link-arg=-Wl,-soname,libglut.so.3"]);
@@ -51,8 +55,13 @@ fn compile(out: &Path, options: &[&str]) {
     }
     let status = rustc.status().expect("rustc starts");
     assert!(status.success(), "the preload library does not compile: {status}");
-    let library = std::fs::read(out).expect("the library is there");
-    let packed = std::fs::File::create(out.with_extension("so.gz")).expect("a file beside it");
+    pack(out, &out.with_extension("so.gz"));
+}
+
+/// Writes a file's contents as gzip.
+fn pack(file: &Path, packed: &Path) {
+    let contents = std::fs::read(file).expect("the file is there");
+    let packed = std::fs::File::create(packed).expect("a file in the build's folder");
     let mut packer = flate2::write::GzEncoder::new(packed, flate2::Compression::best());
-    packer.write_all(&library).and_then(|()| packer.finish()).expect("a compressed file");
+    packer.write_all(&contents).and_then(|()| packer.finish()).expect("a compressed file");
 }

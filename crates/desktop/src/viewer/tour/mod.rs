@@ -22,14 +22,16 @@ use super::{Subject, Viewer, Wishes};
 use fbptr_core::memory::VideoMemory;
 use fbptr_core::pipeline::RenderPath;
 use fbptr_server::Engine;
+use flate2::read::GzDecoder;
 use script::Step;
+use std::io::Read;
 use std::sync::Arc;
 
 /// Factory of engines by frame size.
 pub type MakeSizedEngine = Arc<dyn Fn([u32; 2]) -> Result<Engine, String> + Send + Sync>;
 
-/// The built-in script.
-const SCRIPT: &[u8] = include_bytes!("steps.fbs");
+/// The built-in script (`steps.fbs`) as gzip.
+const SCRIPT: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/steps.fbs.gz"));
 
 /// Frames per second of a movie of the tour.
 pub const MOVIE_FRAMES_PER_SECOND: f64 = 5.0;
@@ -53,7 +55,9 @@ impl Tour {
     /// # Errors
     /// Returns the invalid line of the script.
     pub fn new(make_engine: MakeSizedEngine) -> Result<Self, String> {
-        Self::of_script(SCRIPT, make_engine)
+        let mut script = Vec::new();
+        GzDecoder::new(SCRIPT).read_to_end(&mut script).map_err(|e| e.to_string())?;
+        Self::of_script(&script, make_engine)
     }
 
     fn of_script(script: &[u8], make_engine: MakeSizedEngine) -> Result<Self, String> {
