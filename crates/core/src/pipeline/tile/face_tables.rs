@@ -256,7 +256,7 @@ impl Faces<'_> {
         let length = length2.sqrt();
         let normal = normal.map(|v| if is_normal_flipped { -(v / length) } else { v / length });
         let nowhere = [s.splat(0.0); 3];
-        let lit = light(s, s.mask(u32::MAX), lighting, nowhere, splat3(s, normal), nowhere);
+        let lit = light(s, lighting, nowhere, splat3(s, normal), nowhere);
         Some(pack(s, add::<S>(lit.diffuse, lit.specular)))
     }
 

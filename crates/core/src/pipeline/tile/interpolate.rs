@@ -124,7 +124,7 @@ impl FragmentShader<'_> {
                     true => self.position_and_viewer(s, mask, inputs, b),
                     false => (nowhere, nowhere),
                 };
-                let lit = light(s, mask, lighting, position, normal, to_viewer);
+                let lit = light(s, lighting, position, normal, to_viewer);
                 needs_f64 = needs_f64 | (lit.needs_f64 & mask);
                 (lit.diffuse, lit.specular)
             }

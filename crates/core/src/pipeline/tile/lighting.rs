@@ -240,9 +240,6 @@ const DARK: f64 = 0.25 / 255.0;
 /// Colour that may be lacking of lights that have faded: an eighth of a step of a byte.
 const FADED: f64 = 0.125 / 255.0;
 
-/// Factor of the square of a light's reach beyond which f32 is sure that it ends there.
-pub(super) const NEARLY: f32 = 1.001;
-
 /// Largest attenuation factor, as in the plain path.
 const MAX_FACTOR: f32 = 1e30;
 
@@ -259,14 +256,13 @@ struct FromLight<S: Simd> {
 /// Lights points at `position` with unit normals `normal`, seen along unit `to_viewer`. Neither of the
 /// two places counts if the lighting needs none.
 ///
-/// A light that reaches none of the `live` lanes is left out early; lanes that it does not reach get
-/// exactly 0 from it, so that a lane's colour does not depend on its neighbours. Likewise the power
+/// A light that reaches no lane is left out early; lanes that it does not reach get exactly 0 from
+/// it, so that a lane's colour does not depend on its neighbours. Likewise the power
 /// of a highlight is computed where N.L > 0 and the cosine is above [`FastLight::dark_cosine`] in
 /// some lane, and the other lanes get 0.
 #[inline(always)]
 pub fn light<S: Simd>(
     s: S,
-    live: S::M,
     lighting: &MaterialLighting,
     position: V3<S>,
     normal: V3<S>,
@@ -285,7 +281,7 @@ pub fn light<S: Simd>(
             LightPosition::Toward(d) => {
                 let to_light = splat3(s, d);
                 let n_dot_l = dot::<S>(normal, to_light);
-                if !has_ambient && !(live & zero.lt(n_dot_l)).any() {
+                if !has_ambient && !zero.lt(n_dot_l).any() {
                     continue;
                 }
                 (n_dot_l, FromLight::<S> { to_light, inverse: one, strength: one })
@@ -294,17 +290,17 @@ pub fn light<S: Simd>(
                 let d =
                     [s.splat(p[0]) - position[0], s.splat(p[1]) - position[1], s.splat(p[2]) - position[2]];
                 let d2 = dot::<S>(d, d);
-                let mut is_near = d2.lt(away2 * s.splat(NEAR_LIGHT * NEAR_LIGHT));
+                let is_near = d2.lt(away2 * s.splat(NEAR_LIGHT * NEAR_LIGHT));
+                let n_dot_d = dot::<S>(normal, d);
                 let mut is_reached = s.mask(u32::MAX);
                 if light.is_bounded() {
-                    let is_unsure = d2.le(s.splat(light.reach2 * NEARLY)) & is_in_cone(s, light, d, d2);
-                    is_reached = is_unsure & d2.le(s.splat(light.reach2));
-                    is_near = is_near & is_unsure;
+                    is_reached = d2.le(s.splat(light.reach2)) & is_in_cone(s, light, d, d2);
+                    if !is_reached.any() {
+                        continue;
+                    }
                 }
-                needs_f64 = needs_f64 | is_near;
-                let n_dot_d = dot::<S>(normal, d);
-                let is_lit = if has_ambient { is_reached } else { is_reached & zero.lt(n_dot_d) };
-                if !(live & is_lit).any() {
+                needs_f64 = needs_f64 | (is_near & is_reached);
+                if !has_ambient && !(is_reached & zero.lt(n_dot_d)).any() {
                     continue;
                 }
                 let length = d2.sqrt();

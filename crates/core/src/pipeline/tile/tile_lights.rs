@@ -6,7 +6,7 @@
 //! depend on tiles; one knows by pictures of many lights that equal those of all lights at each
 //! pixel (tests).
 
-use super::lighting::{FastLight, LightPosition, NEARLY};
+use super::lighting::{FastLight, LightPosition};
 use super::shading_state::{ColorSource, Eye, MaterialBinding, Shading};
 use crate::math::coverage::PixelRect;
 use crate::pipeline::light::MANY_LIGHTS;
@@ -57,8 +57,8 @@ fn may_reach(light: &FastLight, planes: &[DVec3; 4]) -> bool {
     if light.reach2 < 0.0 {
         return false;
     }
-    // What the kernels take for unsure is reached.
-    let radius = f64::from(light.reach2 * NEARLY).sqrt() * 1.001;
+    // The kernels compare in f32.
+    let radius = f64::from(light.reach2).sqrt() * 1.001;
     let position = DVec3::from_array(position.map(f64::from));
     planes.iter().all(|plane| plane.dot(position) >= -radius)
 }

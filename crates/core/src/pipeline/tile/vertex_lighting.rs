@@ -69,7 +69,7 @@ impl Kernel for VertexLightingKernel<'_> {
                 }
                 Eye::Parallel { to_viewer } => super::lighting::splat3(s, to_viewer),
             };
-            let lit = light(s, live, self.lighting, position, [nx, ny, nz], to_viewer);
+            let lit = light(s, self.lighting, position, [nx, ny, nz], to_viewer);
             let needs_f64 = (lit.needs_f64 & live).bits();
             if is_sum && needs_f64 == 0 {
                 for k in 0..3 {
