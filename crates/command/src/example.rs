@@ -59,7 +59,8 @@ fn the_examples_verb_is_read_checked_and_written() {
     ];
     for (text, command) in valid_forms {
         assert_eq!(read(text).as_ref(), Ok(&command));
-        let line = format!("{text}\n");
+        // Words are read eight bytes at a time.
+        let line = format!("{text}\n{}", "\0".repeat(8));
         let words = &mut PlainWords::new(line["CROSS ".len()..].as_bytes());
         assert_eq!(PLAIN[0].expect("a figure")(words).map(Command::Figure).as_ref(), Some(&command));
         let mut bytes = command.verb().as_bytes().to_vec();
