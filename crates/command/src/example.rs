@@ -61,7 +61,7 @@ fn the_examples_verb_is_read_checked_and_written() {
         assert_eq!(read(text).as_ref(), Ok(&command));
         // Words are read eight bytes at a time.
         let line = format!("{text}\n{}", "\0".repeat(8));
-        let words = &mut PlainWords::new(line["CROSS ".len()..].as_bytes());
+        let words = &mut PlainWords::new(&line.as_bytes()["CROSS ".len()..]);
         assert_eq!(PLAIN[0].expect("a figure")(words).map(Command::Figure).as_ref(), Some(&command));
         let mut bytes = command.verb().as_bytes().to_vec();
         command.write(&mut LineWriter::new("CROSS", &mut bytes)).expect("it has a text form");
