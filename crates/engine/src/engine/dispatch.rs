@@ -10,7 +10,6 @@
 //! an observer is not caught here.
 
 use super::job::JobResult;
-use super::pieces::is_long_ns;
 use super::{Call, Effect, Engine, Event, Outcome, Pieces, Progress, Request};
 use crate::read_files::ReadFile;
 use crate::{Budget, Session};
@@ -99,7 +98,7 @@ impl Engine {
             return None;
         }
         let ns = self.on_surface_of(s, figure, |engine, s| engine.figure_ns(s, figure));
-        (!self.may_suspend || !is_long_ns(ns)).then_some(ns)
+        (!self.may_suspend || !Engine::is_long_ns(ns)).then_some(ns)
     }
 
     /// Draws a figure of which [`Engine::quick_figure_ns`] knows the time.

@@ -16,12 +16,12 @@ const LONG_NS: u64 = 2_000_000;
 const LINE_PIXEL_NS: u64 = 40;
 const ROW_NS: u64 = 1000;
 
-/// Returns whether a command of so many estimated nanoseconds runs in pieces.
-pub(in crate::engine) fn is_long_ns(ns: u64) -> bool {
-    ns > LONG_NS
-}
-
 impl Engine {
+    /// Returns whether a command of so many estimated nanoseconds runs in pieces.
+    pub(in crate::engine) fn is_long_ns(ns: u64) -> bool {
+        ns > LONG_NS
+    }
+
     /// Returns whether a command may take so long that others should not wait for all of it. To be
     /// asked on the surface of its verb.
     pub(in crate::engine) fn is_long(&self, s: &Session, command: &Command) -> bool {
@@ -43,7 +43,7 @@ impl Engine {
             C::Peek { n, .. } => u64::try_from(*n).unwrap_or(0) * 2,
             _ => return false,
         };
-        is_long_ns(cost)
+        Engine::is_long_ns(cost)
     }
 
     /// Estimates the nanoseconds of a figure, rather too many than too few. To be asked on its surface.

@@ -39,7 +39,6 @@ use bands::{
     Bands, BlitBands, ClearBands, CopyBands, EyeBands, FigureBands, ImageBands, ReadBands, StampBands,
 };
 pub(super) use bands::{band_rows, part_in};
-pub(super) use cost::is_long_ns;
 use fbptr_command::{Command, Figure, Rect};
 use fbptr_core::error::{Code, Fault};
 use fbptr_core::memory::{DepthFormat, MemoryUse, Reservation};
