@@ -1,8 +1,11 @@
 #!/usr/bin/env python3
-"""Compares fbptr with Skia, SDL and Pillow in two dimensions, workload by workload, in alternated rounds.
+"""Compares fbptr with other programs in two dimensions, workload by workload, in alternated rounds.
 
-    pip install skia-python pygame-ce pillow numpy
+    pip install skia-python pygame-ce pillow blend2d-py numpy
+    cargo build --release --manifest-path benches/peers/Cargo.toml --target-dir target/peers/target
     python3 benches/peers/two_d.py          # nine rounds on one core
+
+The others are Skia, SDL, Pillow, Blend2D and tiny-skia; those that are not installed are left out.
 
 In: the program, whose `bench 2d --export` writes the figures as streams and the exact pictures. Out: a Markdown table:
 the medians of the rounds in milliseconds, and the time of the fastest other program over ours, as the median of the
@@ -10,11 +13,11 @@ rounds' own ratios with the least and the largest; with `--before BINARY` that o
 
 A round draws the same figures by each program right after each other, each round in the other order, on one core, and
 takes processor time, so that other work on the machine counts for little: ours by `fbptr play` of the stream ten
-times over, parsing included, less the time of an empty stream; the others through their Python bindings, with paints,
-paths and surfaces made before, the shorter of two frames. Before it is timed, `fbptr bench` compares our picture with
-the truth. Every other picture is compared with the exact one: where the number of its pixels that are not black
-differs by more than two percent, the time has a star. Text is of other letters in every program and has no such
-check.
+times over, parsing included, less the time of an empty stream; tiny-skia by `src/bin/tiny_skia.rs`, the others through
+their Python bindings, with paints, paths and surfaces made before, the shorter of two frames. Before it is timed,
+`fbptr bench` compares our picture with the truth. Every other picture is compared with the exact one: where the number
+of its pixels that are not black differs by more than two percent, the time has a star. Text is of other letters in
+every program and has no such check. Blend2D has smooth edges alone, and its binding neither lines nor pictures.
 """
 
 import argparse
@@ -34,7 +37,13 @@ import pygame  # noqa: E402
 import skia  # noqa: E402
 from PIL import Image, ImageDraw  # noqa: E402
 
+try:
+    import blend2d  # noqa: E402
+except ImportError:
+    blend2d = None
+
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+TINY_SKIA = os.path.join(ROOT, "target/peers/target/release/tiny_skia")
 SIZE = (1920, 1080)
 # Streams that `play` draws at once.
 REPEATS = 10
@@ -72,10 +81,27 @@ def pairs(numbers):
     return list(zip(numbers[::2], numbers[1::2]))
 
 
-class Skia:
+class Peer:
+    """A program in this process: one call for each figure."""
+
+    def draws_all(self):
+        return all(self.calls)
+
+    def least_ms(self, frames):
+        times = []
+        for _ in range(frames):
+            self.clear()
+            begin = time.thread_time()
+            for call in self.calls:
+                call()
+            times.append(time.thread_time() - begin)
+        return min(times) * 1e3
+
+
+class Skia(Peer):
     name = "Skia"
 
-    def __init__(self, work, figures):
+    def __init__(self, work, figures, stream):
         self.array = numpy.zeros((SIZE[1], SIZE[0], 4), numpy.uint8)
         self.surface = skia.Surface(self.array, colorType=skia.kRGBA_8888_ColorType)
         self.canvas = self.surface.getCanvas()
@@ -127,10 +153,10 @@ class Skia:
         return self.array[:, :, :3]
 
 
-class Sdl:
+class Sdl(Peer):
     name = "SDL"
 
-    def __init__(self, work, figures):
+    def __init__(self, work, figures, stream):
         pygame.display.init()
         pygame.display.set_mode((16, 16))
         self.surface = pygame.Surface(SIZE, 0, 32)
@@ -171,10 +197,10 @@ class Sdl:
         return pygame.surfarray.array3d(self.surface).swapaxes(0, 1)
 
 
-class Pillow:
+class Pillow(Peer):
     name = "Pillow"
 
-    def __init__(self, work, figures):
+    def __init__(self, work, figures, stream):
         self.image = Image.new("RGBA", SIZE)
         self.draw = ImageDraw.Draw(self.image)
         self.calls = [self.call(work, *figure) for figure in figures]
@@ -208,15 +234,69 @@ class Pillow:
         return numpy.asarray(self.image)[:, :, :3]
 
 
-def least_ms(peer, frames):
-    times = []
-    for _ in range(frames):
-        peer.clear()
-        begin = time.thread_time()
-        for call in peer.calls:
-            call()
-        times.append(time.thread_time() - begin)
-    return min(times) * 1e3
+class Blend2d(Peer):
+    name = "Blend2D"
+
+    def __init__(self, work, figures, stream):
+        self.image = blend2d.Image(*SIZE)
+        self.context = blend2d.Context(self.image)
+        self.calls = [self.call(*figure) for figure in figures]
+
+    def call(self, verb, n, rest):
+        context = self.context
+        if verb not in ("FILLRECT", "FILLCIRCLE", "FILL", "FILLPOLY") or len(rest) != 1:
+            return None
+        color = rest[0]
+        if verb == "FILLRECT":
+            fill, shape = context.fill_rect, n
+        elif verb == "FILLCIRCLE":
+            fill, shape = context.fill_circle, n
+        else:
+            path = blend2d.Path()
+            path.move_to(*n[:2])
+            for point in pairs(n[2:]):
+                path.line_to(*point)
+            path.close()
+            fill, shape = context.fill_path, (path,)
+
+        def draw():
+            context.set_fill_style_rgba(*color)
+            fill(*shape)
+
+        return draw
+
+    def clear(self):
+        self.context.set_fill_style_rgba(0, 0, 0, 255)
+        self.context.fill_all()
+
+    def picture(self):
+        return self.image.asarray()[:, :, :3]
+
+
+class TinySkia:
+    """A program of its own, which reads the stream."""
+
+    name = "tiny-skia"
+
+    def __init__(self, work, figures, stream):
+        self.stream, self.pixels = stream, stream + ".rgba"
+
+    def run(self, frames):
+        return subprocess.run([TINY_SKIA, self.stream, str(frames), self.pixels], capture_output=True, text=True)
+
+    def draws_all(self):
+        return self.run(1).returncode == 0
+
+    def least_ms(self, frames):
+        return float(self.run(frames).stdout)
+
+    def picture(self):
+        return numpy.fromfile(self.pixels, numpy.uint8).reshape(SIZE[1], SIZE[0], 4)[:, :, :3]
+
+
+PEERS = [Skia, Sdl, Pillow]
+PEERS += [Blend2d] if blend2d else []
+PEERS += [TinySkia] if os.path.exists(TINY_SKIA) else []
 
 
 def processor_ms(binary, stream):
@@ -244,23 +324,24 @@ def rounds_of(given, folder, work):
     """Returns the times of all programs by name, one for each round, and the names of those whose picture differs."""
     subprocess.run([given.fbptr, "bench", f"2d_{work}", "--export", folder], check=True)
     subprocess.run([given.fbptr, "bench", f"2d_{work}", "--frames", "1", "--json"], check=True, capture_output=True)
-    with open(os.path.join(folder, f"2d_{work}.fbs"), "rb") as file:
+    path = os.path.join(folder, f"2d_{work}.fbs")
+    with open(path, "rb") as file:
         stream = file.read()
     figures = figures_of(stream)
     for name, repeats in (("many.fbs", REPEATS), ("empty.fbs", 0)):
         with open(os.path.join(folder, name), "wb") as file:
             file.write(b"SIZE %d %d\n" % SIZE + stream * repeats)
     exact = numpy.asarray(Image.open(os.path.join(folder, f"2d_{work}.ppm")))
-    peers = [kind(work, figures) for kind in (Skia, Sdl, Pillow)]
-    peers = [peer for peer in peers if all(peer.calls)]
+    peers = [kind(work, figures, path) for kind in PEERS]
+    peers = [peer for peer in peers if peer.draws_all()]
     different = []
     for peer in peers:
-        least_ms(peer, 1)
+        peer.least_ms(1)
         if work != "text" and not is_alike(peer, exact):
             different.append(peer.name)
     programs = [("fbptr", lambda: own_ms(given.fbptr, folder))]
     programs += [("before", lambda: own_ms(given.before, folder))] if given.before else []
-    programs += [(peer.name, lambda peer=peer: least_ms(peer, given.frames)) for peer in peers]
+    programs += [(peer.name, lambda peer=peer: peer.least_ms(given.frames)) for peer in peers]
     times = {name: [] for name, _ in programs}
     for turn in range(given.rounds):
         for name, run in programs if turn % 2 == 0 else programs[::-1]:
@@ -279,13 +360,14 @@ def main():
     given = parser.parse_args()
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {given.core})
-    print("| workload | fbptr | Skia | SDL | Pillow | fastest other / fbptr (least to largest) | before / now |")
-    print("|---|---|---|---|---|---|---|")
+    names = ["fbptr"] + [peer.name for peer in PEERS]
+    print(f"| workload | {' | '.join(names)} | fastest other / fbptr (least to largest) | before / now |")
+    print("|---" * (len(names) + 3) + "|")
     with tempfile.TemporaryDirectory() as folder:
         for work in given.only.split(","):
             times, different = rounds_of(given, folder, work)
             others = [column for name, column in times.items() if name not in ("fbptr", "before")]
-            cells = [cell(times, different, name) for name in ("fbptr", "Skia", "SDL", "Pillow")]
+            cells = [cell(times, different, name) for name in names]
             cells.append(spread(times["fbptr"], [min(column) for column in zip(*others)]))
             cells.append(spread(times["fbptr"], times.get("before", [])))
             print(f"| {work} | {' | '.join(cells)} |", flush=True)

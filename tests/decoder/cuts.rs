@@ -2,7 +2,7 @@
 
 use crate::naive::hear_naively;
 use crate::recorder::{Event, hear, hear_pieces};
-use fbptr::command::{EndOfInput, Limits};
+use fbptr::command::{EndOfInput, Group, Limits, ParameterKind, Payload, Verb};
 use proptest::prelude::*;
 
 const LIMITS: Limits = Limits { payload_bytes: 300 };
@@ -153,8 +153,100 @@ fn damaged_pixel() -> impl Strategy<Value = Vec<u8>> {
     )
 }
 
+/// Generates lines of figures, most of them plainly written, some with a byte changed, left out or put in.
+fn figure_line() -> impl Strategy<Value = Vec<u8>> {
+    let verbs: Vec<_> = Verb::all().iter().filter(|v| v.group == Group::TwoD).map(|v| v.name).collect();
+    let word = prop_oneof![
+        12 => (-999..9999i32).prop_map(|n| n.to_string()),
+        2 => (-99.0..99.0f64).prop_map(|n| format!("{n:.2}")),
+        1 => prop::sample::select(vec!["-0", "0000007", "1234567", "12345678", "2147483648", "1e3", "+5", "-", "1.", "."])
+            .prop_map(str::to_owned),
+        1 => prop::sample::select(vec!["red", "#0f8", "#12345678", "80", "abcdefg", ":4", "é", "off"])
+            .prop_map(str::to_owned),
+        6 => any::<u32>().prop_map(|c| format!("#{:06X}", c >> 8)),
+        2 => any::<u32>().prop_map(|c| format!("{c:08x}")),
+    ];
+    let gap = prop_oneof![30 => Just(" "), 1 => Just("  "), 1 => Just("\t")];
+    let end = prop_oneof![12 => Just("\n"), 2 => Just("\r\n"), 1 => Just(" \n"), 1 => Just("\r\r\n")];
+    let change = prop_oneof![
+        6 => Just(None),
+        1 => (0..3u8, any::<prop::sample::Index>(), any::<u8>()).prop_map(Some),
+    ];
+    let words = prop::collection::vec((gap, word), 0..9);
+    (prop::sample::select(verbs), any::<bool>(), words, end, change).prop_map(
+        |(verb, lower, words, end, change)| {
+            let mut line = if lower { verb.to_lowercase() } else { verb.to_owned() };
+            words.iter().for_each(|(gap, word)| line.push_str(&format!("{gap}{word}")));
+            let mut line = [line.as_bytes(), end.as_bytes()].concat();
+            if let Some((how, at, byte)) = change {
+                let at = at.index(line.len());
+                match how {
+                    0 => line[at] = byte,
+                    1 => drop(line.remove(at)),
+                    _ => line.insert(at, byte),
+                }
+            }
+            line
+        },
+    )
+}
+
+/// Generates lines of figures with the arguments that their verbs take.
+fn whole_figure_line() -> impl Strategy<Value = Vec<u8>> {
+    let verbs: Vec<_> =
+        Verb::all().iter().filter(|v| v.group == Group::TwoD && v.payload == Payload::Never).collect();
+    let number = prop_oneof![9 => (-99..2000i32).prop_map(|n| n.to_string()), 1 => Just("7.25".to_owned())];
+    let numbers = prop::collection::vec(number, 10);
+    let colors = prop::collection::vec(any::<u32>().prop_map(|c| format!("#{:06x}", c >> 8)), 3);
+    (prop::sample::select(verbs), numbers, colors, any::<bool>(), 0..40usize).prop_map(
+        |(verb, numbers, colors, most, length)| {
+            let (mut numbers, mut colors) = (numbers.iter().cycle(), colors.iter().cycle());
+            let mut line = verb.name.to_owned();
+            for parameter in verb.parameters {
+                let count = if most { parameter.arity.most().unwrap_or(8) } else { parameter.arity.least() };
+                for _ in 0..count {
+                    let word = match parameter.kind {
+                        ParameterKind::Color => colors.next().unwrap().clone(),
+                        ParameterKind::RestOfLine => "a b ".repeat(length / 8) + "c",
+                        _ => numbers.next().unwrap().clone(),
+                    };
+                    line.push_str(&format!(" {word}"));
+                }
+            }
+            (line + "\n").into_bytes()
+        },
+    )
+}
+
+#[test]
+fn a_figure_over_the_length_of_a_line_is_refused_however_it_is_written() {
+    for length in [4095, 4096, 4097] {
+        for end in ["\n", "\r\n"] {
+            let head = "PRINT 1 2 #00ff00 ";
+            let stream = format!("{head}{}{end}LINE 1 2 3 4 #ffffff\n", "x".repeat(length - head.len()));
+            let heard = hear(stream.as_bytes());
+            assert_eq!(
+                heard,
+                hear_pieces(stream.as_bytes().chunks(1), Limits::default(), EndOfInput::Stream)
+            );
+            assert_eq!(matches!(heard[0], Event::Error(_)), length > 4096, "{length}");
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(3000))]
+
+    // A decoder that is fed byte by byte reads no line plainly.
+    #[test]
+    fn plain_figures_are_what_the_general_reader_hears(
+        lines in prop::collection::vec(prop_oneof![figure_line(), whole_figure_line()], 1..12),
+    ) {
+        let stream = lines.concat();
+        let general = hear_pieces(stream.chunks(1), LIMITS, EndOfInput::Stream);
+        prop_assert_eq!(&hear_pieces([&stream[..]], LIMITS, EndOfInput::Stream), &general);
+        prop_assert_eq!(&hear_pieces(stream.chunks(150), LIMITS, EndOfInput::Stream), &general);
+    }
 
     #[test]
     fn streams_of_near_commands_tell_what_the_naive_reader_hears(

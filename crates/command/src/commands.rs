@@ -109,6 +109,13 @@ impl From<Projection> for Command {
     }
 }
 
+impl Figure {
+    /// Returns the verb's name in the table.
+    pub fn verb(&self) -> &'static str {
+        Codec::verb(self)
+    }
+}
+
 impl Command {
     /// Returns the verb's name in the table.
     pub fn verb(&self) -> &'static str {

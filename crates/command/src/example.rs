@@ -8,6 +8,7 @@ use super::arguments::*;
 use super::codec::{Codec, Parse};
 use super::encode::{EncodeError, LineWriter};
 use super::figure::{DrawFigure, Drawn, Lend};
+use super::plain_line::{PlainWords, ReadPlain};
 use super::verb::{Arity, Encoding, Form, Group, Payload, Reach, Reply, Verb};
 use super::verb_macros::*;
 use fbptr_core::draw2d::{DrawError, FigureTarget};
@@ -58,6 +59,10 @@ fn the_examples_verb_is_read_checked_and_written() {
     ];
     for (text, command) in valid_forms {
         assert_eq!(read(text).as_ref(), Ok(&command));
+        // Words are read eight bytes at a time.
+        let line = format!("{text}\n{}", "\0".repeat(8));
+        let words = &mut PlainWords::new(&line.as_bytes()["CROSS ".len()..]);
+        assert_eq!(PLAIN[0].expect("a figure")(words).map(Command::Figure).as_ref(), Some(&command));
         let mut bytes = command.verb().as_bytes().to_vec();
         command.write(&mut LineWriter::new("CROSS", &mut bytes)).expect("it has a text form");
         assert_eq!((bytes.as_slice(), command.payload()), (&b"CROSS 8 6 3 ff0000"[..], None));

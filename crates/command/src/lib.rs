@@ -24,6 +24,7 @@ mod long_line;
 mod methods;
 mod payload_pool;
 mod pixel_lexer;
+mod plain_line;
 mod scan;
 mod sink;
 mod stream_error;

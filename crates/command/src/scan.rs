@@ -37,6 +37,19 @@ pub(super) fn find_blank(bytes: &[u8]) -> Option<usize> {
     find(bytes, |word| flags(word, b' ') | flags(word, b'\t'), |b| b == b' ' || b == b'\t')
 }
 
+/// Returns the index of the first blank of sixteen bytes. A tab is none.
+#[inline]
+pub(super) fn find_blank_of_16(bytes: &[u8; 16]) -> Option<usize> {
+    let [low, high] = bytes.as_chunks::<8>().0 else { return None };
+    match flags(u64::from_le_bytes(*low), b' ') {
+        0 => match flags(u64::from_le_bytes(*high), b' ') {
+            0 => None,
+            found => Some(8 + found.trailing_zeros() as usize / 8),
+        },
+        found => Some(found.trailing_zeros() as usize / 8),
+    }
+}
+
 /// Returns the bytes of up to 64 that are neither blank nor tab, the first as the lowest bit.
 #[inline]
 pub(super) fn letters(bytes: &[u8]) -> u64 {
@@ -81,6 +94,9 @@ mod tests {
                 let blanks: Vec<u8> =
                     bytes.iter().map(|&b| if b == b'\n' { b" \t"[len % 2] } else { b }).collect();
                 assert_eq!(find_blank(&blanks), blanks.iter().position(|&b| b == b' ' || b == b'\t'));
+                for part in blanks.array_windows::<16>() {
+                    assert_eq!(find_blank_of_16(part), part.iter().position(|&b| b == b' '), "{part:?}");
+                }
                 for part in blanks.chunks(64) {
                     let bit = |i: usize| part.get(i).is_some_and(|b| !b" \t".contains(b));
                     let expected = (0..64).fold(0, |all, i| all | u64::from(bit(i)) << i);

@@ -1,6 +1,6 @@
 //! The interface between a decoder and the consumer of its commands.
 
-use super::commands::{Command, Rect};
+use super::commands::{Command, Figure, Rect};
 use super::stream_error::{StreamError, StreamPosition};
 use fbptr_core::memory::{Reservation, Rgba};
 
@@ -41,6 +41,12 @@ pub trait Sink {
 
     /// Receives any other command, complete and validated. `place` is where it begins.
     fn command(&mut self, command: Command, place: StreamPosition) -> Flow;
+
+    /// Receives a figure that was written plainly; others are commands.
+    #[inline]
+    fn figure(&mut self, figure: Figure, place: StreamPosition) -> Flow {
+        self.command(Command::Figure(figure), place)
+    }
 
     /// Receives the reservation of the memory budget that covers the payload of the next
     /// [`Sink::command`], when that command takes over the buffer: the bytes are counted once, by

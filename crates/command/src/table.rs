@@ -15,6 +15,7 @@ use super::codec::{Codec, Parse};
 use super::commands::{ErrorMode, FileKind, LightCommand, MeshSource, Quality, Shears, SnapTarget};
 use super::encode::{EncodeError, LineWriter};
 use super::figure::{DrawFigure, Drawn, Lend};
+use super::plain_line::{PlainWords, ReadPlain};
 use super::verb::{Arity, Encoding, Form, Group, Payload, Reach, Reply, Verb};
 use super::verb_macros::*;
 use fbptr_core::draw2d::{AreaColors, DrawError, FigureTarget, RampColor, RealRect, Rect};

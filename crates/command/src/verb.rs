@@ -5,8 +5,10 @@
 
 pub use super::arity::Arity;
 use super::codec::Parse;
-use super::commands::Command;
-use super::table::{PARSERS, TABLE};
+use super::commands::{Command, Figure};
+use super::plain_line::ReadPlain;
+use super::scan::find_blank_of_16;
+use super::table::{PARSERS, PLAIN, TABLE};
 
 /// Payload rule of a verb: a payload is announced by `:N` at the end of the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -200,32 +202,27 @@ impl Verb {
     /// Returns the verb as [`Verb::find`] does, and the parser of its arguments.
     #[inline]
     pub(super) fn find_parser(word: &[u8]) -> Option<(&'static Verb, Parse<Command>)> {
-        let mut slot = hash(word);
-        loop {
-            let row = INDEX[slot].checked_sub(1)? as usize;
-            if TABLE[row].name.as_bytes().eq_ignore_ascii_case(word) {
-                return PARSERS[row].map(|parse| (&TABLE[row], parse));
-            }
-            slot = (slot + 1) % INDEX.len();
-        }
+        let row = row_of(key(word)?)?;
+        PARSERS[row].map(|parse| (&TABLE[row], parse))
+    }
+
+    /// Returns the reader of plain lines of the verb at the beginning of a line, and the length of the
+    /// word. `None` for other verbs, and if no blank follows.
+    #[inline]
+    pub(super) fn find_plain(line: &[u8; KEY_BYTES]) -> Option<(ReadPlain<Figure>, usize)> {
+        let (key, length) = key_before_blank(line)?;
+        PLAIN[row_of(key)?].map(|read| (read, length))
     }
 
     /// Returns the index in [`Verb::all`] of the verb with this exact name, binary ones included.
     #[inline]
     pub fn index_of(name: &str) -> Option<usize> {
-        let mut slot = hash(name.as_bytes());
-        loop {
-            let row = INDEX[slot].checked_sub(1)? as usize;
-            if TABLE[row].name == name {
-                return Some(row);
-            }
-            slot = (slot + 1) % INDEX.len();
-        }
+        row_of(key(name.as_bytes())?).filter(|row| TABLE[*row].name == name)
     }
 
     /// Returns the verb with this exact name, binary ones included.
     pub fn named(name: &str) -> Option<&'static Verb> {
-        TABLE.iter().find(|v| v.name == name)
+        Verb::index_of(name).map(|row| &TABLE[row])
     }
 
     /// Returns whether the last argument is the rest of the line: no `:N` is read in it.
@@ -240,15 +237,34 @@ impl Verb {
     }
 }
 
+/// Bytes of a key: the letters of a word in upper case, the first in the lowest byte, and the word's
+/// length in the highest. No name of a verb is longer than 15 bytes.
+pub(super) const KEY_BYTES: usize = 16;
+
+/// Number of slots of the hash index.
+const SLOTS: usize = 512;
+
+/// Keys of the verbs, by their place in the table.
+static KEYS: [u128; TABLE.len()] = {
+    let (mut keys, mut row) = ([0; TABLE.len()], 0);
+    while row < TABLE.len() {
+        keys[row] = key(TABLE[row].name.as_bytes()).expect("no name has 16 letters");
+        row += 1;
+    }
+    keys
+};
+
 /// Hash index of the table: the row plus one, or 0 for an empty slot. Collisions go to the next
 /// slot (linear probing).
-static INDEX: [u8; 512] = {
-    let mut index = [0; 512];
-    let mut row = 0;
+static INDEX: [u8; SLOTS] = {
+    let (mut index, mut row) = ([0; SLOTS], 0);
     while row < TABLE.len() {
-        let mut slot = hash(TABLE[row].name.as_bytes());
+        let mut slot = match key(TABLE[row].name.as_bytes()) {
+            Some(key) => slot_of(key),
+            None => 0,
+        };
         while index[slot] != 0 {
-            slot = (slot + 1) % 512;
+            slot = (slot + 1) % SLOTS;
         }
         index[slot] = row as u8 + 1;
         row += 1;
@@ -256,15 +272,46 @@ static INDEX: [u8; 512] = {
     index
 };
 
-/// Returns the slot of a word, regardless of case: bit 5 of each byte is masked out.
-const fn hash(word: &[u8]) -> usize {
-    let mut h = word.len() as u32;
-    let mut i = 0;
-    while i < word.len() && i < 12 {
-        h = (h ^ (word[i] & 0xdf) as u32).wrapping_mul(0x9e37_79b1);
+/// Returns the key of a word in either case: bit 5 of each byte is masked out, which makes no letter of
+/// another byte. `None` if no verb is that long.
+const fn key(word: &[u8]) -> Option<u128> {
+    if word.len() >= KEY_BYTES {
+        return None;
+    }
+    let (mut bytes, mut i) = ([0; KEY_BYTES], 0);
+    while i < word.len() {
+        bytes[i] = word[i] & 0xdf;
         i += 1;
     }
-    (h >> 23) as usize
+    bytes[KEY_BYTES - 1] = word.len() as u8;
+    Some(u128::from_le_bytes(bytes))
+}
+
+/// Returns the key of the word before the first blank, and its length.
+#[inline]
+fn key_before_blank(line: &[u8; KEY_BYTES]) -> Option<(u128, usize)> {
+    let length = find_blank_of_16(line)?;
+    let letters = u128::from_le_bytes(*line) & ((1 << (8 * length)) - 1) & (u128::MAX / 255 * 0xdf);
+    (length < KEY_BYTES).then_some((letters | (length as u128) << 120, length))
+}
+
+/// Returns the slot at which the search for a key begins.
+const fn slot_of(key: u128) -> usize {
+    let mixed = (key as u64) ^ ((key >> 64) as u64).wrapping_mul(0xff51_afd7_ed55_8ccd);
+    (mixed.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 55) as usize
+}
+
+/// Returns the row of the verb with a key.
+#[inline]
+fn row_of(key: u128) -> Option<usize> {
+    let mut slot = slot_of(key);
+    loop {
+        let row = INDEX[slot].checked_sub(1)? as usize;
+        if KEYS[row] == key {
+            return Some(row);
+        }
+        slot = (slot + 1) % SLOTS;
+    }
 }
 
 #[cfg(test)]
@@ -292,6 +339,7 @@ mod tests {
             "pxmulti",
             "\u{fffd}",
             "HELPHELPHELPHELP",
+            "HELPHELPHELPHELPHELP",
         ] {
             assert_eq!(Verb::find(word.as_bytes()), None, "{word}");
         }

@@ -29,7 +29,7 @@
 //! - `eg "example"`: a valid command with its payload.
 //!
 //! Out, by `language!`: the enums `Command` and `Figure` with `Codec`, `Codec` for `Projection`,
-//! the static tables `TABLE` and `PARSERS`.
+//! the static tables `TABLE`, `PARSERS` and `PLAIN`.
 
 /// The kind of a field: the one that its row names, or its type.
 macro_rules! kind {
@@ -152,7 +152,27 @@ macro_rules! parser {
     }};
 }
 
-/// The static tables `TABLE` and `PARSERS`, one element a verb.
+/// Reader of a figure's plain lines, `None` for other verbs. A value that a check would refuse is left to
+/// the parser.
+macro_rules! plain_reader {
+    (Text Figure $variant:ident { $($f:ident : $t:ty $(= $k:ty)?),* }) => {{
+        fn read(words: &mut PlainWords<'_>) -> Option<Figure> {
+            $(
+                let $f = <kind!($t $(, $k)?) as TextArgument>::read_plain(words)?;
+                if <kind!($t $(, $k)?) as Argument>::check_sizes(&$f).is_err()
+                    || <kind!($t $(, $k)?) as Argument>::check_content(&$f).is_err()
+                {
+                    return None;
+                }
+            )*
+            Some(Figure::$variant { $($f),* })
+        }
+        Some(read as ReadPlain<Figure>)
+    }};
+    ($($other:tt)*) => { None };
+}
+
+/// The static tables `TABLE`, `PARSERS` and `PLAIN`, one element a verb.
 macro_rules! table {
     ($( $group:ident $encoding:ident $target:ident {$(
         $verb:ident
@@ -193,6 +213,13 @@ macro_rules! table {
         /// Parsers of the verbs, by their place in `TABLE`.
         pub(crate) static PARSERS: &[Option<Parse<Command>>] = &[$($(
             parser!($encoding $target $($variant
+                $({ $($f: $t $(= $k)?),* })? $(( $($g: $u $(= $l)?),* ))?
+            )|+),
+        )*)*];
+
+        /// Readers of the verbs' plain lines, by their place in `TABLE`.
+        pub(crate) static PLAIN: &[Option<ReadPlain<Figure>>] = &[$($(
+            plain_reader!($encoding $target $($variant
                 $({ $($f: $t $(= $k)?),* })? $(( $($g: $u $(= $l)?),* ))?
             )|+),
         )*)*];
@@ -428,7 +455,7 @@ macro_rules! draw_figures {
     };
 }
 
-/// Defines a command language: its enums, and the static tables `TABLE` and `PARSERS`.
+/// Defines a command language: its enums, and the static tables `TABLE`, `PARSERS` and `PLAIN`.
 macro_rules! language {
     (nested $nested:tt; $($group:ident $encoding:ident $target:ident $rows:tt)*) => {
         table! { $($group $encoding $target $rows)* }
@@ -438,6 +465,6 @@ macro_rules! language {
 
 pub(super) use {
     call, call_nested, codec, command_enum, draw_figures, enums, figures, first, forms, hooked, kind,
-    language, parser, pass, payload_of, projections, reach, read_variant, reply, table, variant_doc, verb_of,
-    words, wrap,
+    language, parser, pass, payload_of, plain_reader, projections, reach, read_variant, reply, table,
+    variant_doc, verb_of, words, wrap,
 };

@@ -4,6 +4,7 @@ use super::{Argument, TextArgument, finite, from_zero, light_form};
 use crate::args::{Args, ParseError};
 use crate::commands::{AreaColors, RampColor};
 use crate::encode::{EncodeError, LineWriter};
+use crate::plain_line::PlainWords;
 use crate::verb::{Arity, ParameterKind};
 use fbptr_core::error::Fault;
 use fbptr_core::memory::Rgba;
@@ -24,6 +25,11 @@ impl TextArgument for Rgba {
     #[inline]
     fn read(args: &mut Args<'_>) -> Result<Rgba, ParseError> {
         args.color()
+    }
+
+    #[inline]
+    fn read_plain(words: &mut PlainWords<'_>) -> Option<Rgba> {
+        words.color()
     }
 }
 
@@ -84,6 +90,13 @@ impl TextArgument for RampColor {
         let to = if args.left() == 0 { None } else { Some(args.color()?) };
         Ok(RampColor { from, to })
     }
+
+    #[inline]
+    fn read_plain(words: &mut PlainWords<'_>) -> Option<RampColor> {
+        let from = words.color()?;
+        let to = if words.has_more() { Some(words.color()?) } else { None };
+        Some(RampColor { from, to })
+    }
 }
 
 /// One colour, or one for each corner.
@@ -108,6 +121,15 @@ impl TextArgument for AreaColors {
         Ok(match args.left() {
             0 => AreaColors::One(first),
             _ => AreaColors::Three([first, args.color()?, args.color()?]),
+        })
+    }
+
+    #[inline]
+    fn read_plain(words: &mut PlainWords<'_>) -> Option<AreaColors> {
+        let first = words.color()?;
+        Some(match words.has_more() {
+            false => AreaColors::One(first),
+            true => AreaColors::Three([first, words.color()?, words.color()?]),
         })
     }
 }

@@ -26,6 +26,7 @@ pub(super) use subjects::{SceneTime, Sorted};
 
 use super::args::{Args, LightForm, ParseError};
 use super::encode::{EncodeError, LineWriter};
+use super::plain_line::PlainWords;
 use super::verb::{Arity, Parameter, ParameterKind, Payload};
 use fbptr_core::error::{Code, Fault};
 
@@ -90,6 +91,11 @@ pub(super) trait TextArgument: Argument {
 
     /// Takes the argument's words. Returns an empty payload, whose bytes follow later.
     fn read(args: &mut Args<'_>) -> Result<Self::Value, ParseError>;
+
+    /// Takes the argument's words of a plain line; `None` leaves the line to [`TextArgument::read`].
+    fn read_plain(_: &mut PlainWords<'_>) -> Option<Self::Value> {
+        None
+    }
 }
 
 /// Creates the table's description of an argument.

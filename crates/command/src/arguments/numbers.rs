@@ -5,6 +5,7 @@ use super::{Argument, TextArgument, finite, from_zero};
 use crate::args::{Args, ParseError};
 use crate::commands::{RealRect, Rect};
 use crate::encode::{EncodeError, LineWriter};
+use crate::plain_line::PlainWords;
 use crate::verb::{Arity, ParameterKind};
 use fbptr_core::error::{Code, Fault};
 use glam::{DMat4, DVec3};
@@ -24,6 +25,11 @@ impl TextArgument for i32 {
     #[inline]
     fn read(args: &mut Args<'_>) -> Result<i32, ParseError> {
         args.int()
+    }
+
+    #[inline]
+    fn read_plain(words: &mut PlainWords<'_>) -> Option<i32> {
+        words.int()
     }
 }
 
@@ -46,6 +52,11 @@ impl TextArgument for f64 {
     #[inline]
     fn read(args: &mut Args<'_>) -> Result<f64, ParseError> {
         args.real()
+    }
+
+    #[inline]
+    fn read_plain(words: &mut PlainWords<'_>) -> Option<f64> {
+        words.real()
     }
 }
 
@@ -121,6 +132,10 @@ impl Argument for Radii {
 impl TextArgument for Radii {
     fn read(args: &mut Args<'_>) -> Result<[f64; 2], ParseError> {
         args.reals()
+    }
+
+    fn read_plain(words: &mut PlainWords<'_>) -> Option<[f64; 2]> {
+        <[f64; 2]>::read_plain(words)
     }
 }
 
@@ -209,6 +224,11 @@ macro_rules! size {
             fn read(args: &mut Args<'_>) -> Result<$type, ParseError> {
                 <$type>::read(args)
             }
+
+            #[inline]
+            fn read_plain(words: &mut PlainWords<'_>) -> Option<$type> {
+                <$type>::read_plain(words)
+            }
         }
     };
 }
@@ -268,6 +288,15 @@ where
         }
         Ok(values)
     }
+
+    #[inline]
+    fn read_plain(words: &mut PlainWords<'_>) -> Option<[T; N]> {
+        let mut values = <[T; N]>::default();
+        for value in &mut values {
+            *value = T::read_plain(words)?;
+        }
+        Some(values)
+    }
 }
 
 impl<T> Argument for Vec<[T; 2]>
@@ -313,6 +342,14 @@ where
 
     fn read(args: &mut Args<'_>) -> Result<Vec<[T; 2]>, ParseError> {
         (0..args.left() / 2).map(|_| <[T; 2]>::read(args)).collect()
+    }
+
+    fn read_plain(words: &mut PlainWords<'_>) -> Option<Vec<[T; 2]>> {
+        let mut points = Vec::new();
+        while words.has_more() {
+            points.push(<[T; 2]>::read_plain(words)?);
+        }
+        Some(points)
     }
 }
 
@@ -381,6 +418,12 @@ impl TextArgument for Rect {
     fn read(args: &mut Args<'_>) -> Result<Rect, ParseError> {
         let [x, y, w, h] = args.ints()?;
         Ok(Rect { x, y, w, h })
+    }
+
+    #[inline]
+    fn read_plain(words: &mut PlainWords<'_>) -> Option<Rect> {
+        let [x, y, w, h] = <[i32; 4]>::read_plain(words)?;
+        Some(Rect { x, y, w, h })
     }
 }
 
@@ -460,6 +503,12 @@ impl TextArgument for RealRect {
     fn read(args: &mut Args<'_>) -> Result<RealRect, ParseError> {
         let [x, y, w, h] = args.reals()?;
         Ok(RealRect { x, y, w, h })
+    }
+
+    #[inline]
+    fn read_plain(words: &mut PlainWords<'_>) -> Option<RealRect> {
+        let [x, y, w, h] = <[f64; 4]>::read_plain(words)?;
+        Some(RealRect { x, y, w, h })
     }
 }
 

@@ -3,6 +3,7 @@
 use super::{Argument, TextArgument};
 use crate::args::{Args, ParseError};
 use crate::encode::{EncodeError, LineWriter};
+use crate::plain_line::PlainWords;
 use crate::verb::{Arity, ParameterKind};
 use fbptr_core::error::{Code, Fault};
 
@@ -48,6 +49,10 @@ impl TextArgument for RestOfLine {
                 Err(ParseError::new(Code::Format, "the text must be UTF-8", token))
             }
         }
+    }
+
+    fn read_plain(words: &mut PlainWords<'_>) -> Option<String> {
+        std::str::from_utf8(words.rest()?).ok().map(str::to_owned)
     }
 }
 

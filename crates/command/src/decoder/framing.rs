@@ -10,7 +10,7 @@ use crate::scan::find_lf;
 use crate::sink::{BINARY_PIXEL_BYTES, Sink};
 use crate::stream_error::Subject;
 use crate::verb::{Encoding, Verb};
-use crate::{binary_pixels, pixel_lexer};
+use crate::{binary_pixels, pixel_lexer, plain_line};
 use fbptr_core::error::Code;
 
 /// Bytes of a `PXMULTI` header: the verb, x, y and n.
@@ -54,6 +54,11 @@ impl Decoder {
             if rest.is_empty() {
                 break;
             }
+            let used = self.plain_lines(rest, sink);
+            if used > 0 {
+                at += used;
+                continue;
+            }
             self.start = self.here;
             at += match frame_kind(rest) {
                 FrameKind::Pixel if rest.len() >= BINARY_PIXEL_BYTES => self.binary_pixels(rest, sink),
@@ -72,6 +77,21 @@ impl Decoder {
             };
         }
         at
+    }
+
+    /// Reads the plain lines of figures at the beginning of `bytes`. Returns the number of bytes read.
+    fn plain_lines(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
+        let mut used = 0;
+        while matches!(self.state, DecoderState::Head) && !self.paused {
+            let Some((figure, length)) = plain_line::figure(&bytes[used..]) else { break };
+            self.start = self.here;
+            self.here.byte += length as u64;
+            self.here.line += 1;
+            used += length;
+            let flow = sink.figure(figure, self.start);
+            self.obey(flow);
+        }
+        used
     }
 
     /// Stores the beginning of a command for the next piece; a line that is already too long is not

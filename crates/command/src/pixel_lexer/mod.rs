@@ -15,7 +15,7 @@
 mod avx2;
 #[cfg(all(target_arch = "x86_64", feature = "avx"))]
 mod avx512;
-mod portable;
+pub(super) mod portable;
 #[cfg(test)]
 mod tests;
 

@@ -79,7 +79,7 @@ fn values(x: u32, y: u32) -> [u16; 2] {
 
 /// Returns the colour in the last `DIGITS` bytes of a word.
 #[inline(always)]
-fn color<const DIGITS: usize>(word: u64) -> Option<[u8; 4]> {
+pub fn color<const DIGITS: usize>(word: u64) -> Option<[u8; 4]> {
     let c = if DIGITS == 8 { word } else { word >> (64 - 8 * DIGITS) };
     // Bytes that are not part of the colour become digits.
     let c = if DIGITS == 8 { c } else { c | (LOW * b'0' as u64) << (8 * DIGITS % 64) };

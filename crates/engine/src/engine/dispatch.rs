@@ -13,7 +13,7 @@ use super::job::JobResult;
 use super::{Call, Effect, Engine, Event, Outcome, Pieces, Progress, Request};
 use crate::read_files::ReadFile;
 use crate::{Budget, Session};
-use fbptr_command::Command;
+use fbptr_command::{Command, Figure};
 use fbptr_core::cancel::CancelToken;
 use fbptr_core::error::{Code, Fault};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -88,6 +88,51 @@ impl Engine {
             })
         });
         self.end_request(session, has_begun, result, &[], replies, start)
+    }
+
+    /// Estimates the nanoseconds of a figure that can be drawn at once, without what the door does for
+    /// observers and traces: `None` if there are any, or if it may take so long that it is suspended.
+    #[inline]
+    pub(crate) fn quick_figure_ns(&mut self, s: &mut Session, figure: &Figure) -> Option<u64> {
+        if !self.observers.is_empty() || self.follows_requests() {
+            return None;
+        }
+        let ns = self.on_surface_of(s, figure, |engine, s| engine.figure_ns(s, figure));
+        (!self.may_suspend || !Engine::is_long_ns(ns)).then_some(ns)
+    }
+
+    /// Draws a figure of which [`Engine::quick_figure_ns`] knows the time.
+    ///
+    /// # Errors
+    /// See [`Engine::run`].
+    #[inline]
+    pub(crate) fn draw_quick(&mut self, s: &mut Session, figure: &Figure) -> Result<(), Fault> {
+        s.stats.commands += 1;
+        s.has_used_other_verbs = true;
+        let result = self.on_surface_of(s, figure, |engine, s| {
+            engine.guarded(|engine| {
+                let result = engine.figure(s, figure);
+                #[cfg(debug_assertions)]
+                engine.meet_defect(figure.verb());
+                Ok(result?)
+            })
+        });
+        match result {
+            Ok(()) => Ok(()),
+            Err(fault) => self.end_request(s, false, Err(fault), &[], &mut Vec::new(), 0).map(drop),
+        }
+    }
+
+    /// Runs a part of a figure on its surface.
+    #[inline]
+    fn on_surface_of<T>(
+        &mut self,
+        s: &mut Session,
+        figure: &Figure,
+        part: impl FnOnce(&mut Engine, &mut Session) -> T,
+    ) -> T {
+        let verb = if s.surfaces.are_plain() { "" } else { figure.verb() };
+        self.on_surface(s, verb, part)
     }
 
     /// Returns whether a command may take long on the target and within the clip rectangle.

@@ -171,6 +171,12 @@ impl Engine {
         self.rendering.tracing.as_ref()?.settled(&self.framebuffer.memory)
     }
 
+    /// Returns whether requests are noted before they run.
+    #[inline]
+    pub(super) fn follows_requests(&self) -> bool {
+        self.rendering.tracing.is_some() || self.rendering.draw_log.is_some()
+    }
+
     /// Notes a request that is about to run.
     #[inline]
     pub(super) fn follow_request(&mut self, s: &Session, request: &Request<'_>) {

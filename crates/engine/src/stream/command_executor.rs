@@ -34,7 +34,16 @@ pub(super) struct CommandExecutor<'a> {
     draws_ns: u64,
     /// Set if lines and small draws may wait for their neighbours.
     pub(super) batches: bool,
+    /// Estimated nanoseconds of figures since the clock was last read.
+    unclocked_ns: u64,
 }
+
+/// Estimated nanoseconds of figures after which the clock is read: reading it takes as long as a small
+/// figure.
+const CLOCKED_NS: u64 = 20_000;
+
+/// Estimated nanoseconds to read a figure.
+const READ_NS: u64 = 100;
 
 /// Length of a `POINTS` list from which it is copied, so that it can run in pieces, if there is
 /// memory for the copy.
@@ -65,6 +74,7 @@ impl<'a> CommandExecutor<'a> {
             draws: Vec::new(),
             draws_ns: 0,
             batches: false,
+            unclocked_ns: 0,
         }
     }
 
@@ -74,9 +84,39 @@ impl<'a> CommandExecutor<'a> {
         let axis = |i: usize| line.p0[i].abs_diff(line.p1[i]).min(MAX_SIDE) as usize;
         self.line_pixels += axis(0).max(axis(1));
         self.lines.push(line);
-        if self.lines.len() >= MAX_BATCHED_LINES || self.line_pixels >= MAX_BATCHED_PIXELS {
-            self.draw_lines();
+        if self.lines.len() < MAX_BATCHED_LINES && self.line_pixels < MAX_BATCHED_PIXELS {
+            return Flow::Continue;
         }
+        self.draw_lines();
+        self.yield_if_due(false)
+    }
+
+    /// Draws a figure, or queues it if it is a line. Those that may take long, and all where something
+    /// follows requests one by one, pass the engine's door as commands.
+    fn draw_figure(&mut self, figure: Figure, place: StreamPosition) -> Flow {
+        if let Figure::Line { p0, p1, color } = figure
+            && self.batches
+        {
+            return self.enqueue(Line { p0, p1, color });
+        }
+        self.flush();
+        let Some(ns) = self.engine.quick_figure_ns(self.session, &figure) else {
+            return self.run_at_door(Command::Figure(figure), place);
+        };
+        match self.engine.draw_quick(self.session, &figure) {
+            Ok(()) => self.yield_after(ns + READ_NS),
+            Err(fault) => self.refuse(place, figure.verb(), fault),
+        }
+    }
+
+    /// Yields if that is due after a figure of so many estimated nanoseconds. It has no reply.
+    #[inline]
+    fn yield_after(&mut self, ns: u64) -> Flow {
+        self.unclocked_ns += ns;
+        if self.unclocked_ns < CLOCKED_NS && self.budget.pace == Pace::Free {
+            return Flow::Continue;
+        }
+        self.unclocked_ns = 0;
         self.yield_if_due(false)
     }
 
@@ -223,6 +263,34 @@ impl<'a> CommandExecutor<'a> {
         })
     }
 
+    /// Runs a command that is no batch and no quick figure.
+    fn run_at_door(&mut self, command: Command, place: StreamPosition) -> Flow {
+        if self.session.is_unread && command.only_answers() {
+            return self.yield_if_due(false);
+        }
+        let verb = command.verb();
+        let may_wait = self.batches && self.engine.leaves_draws_waiting(self.session, &command);
+        if !(may_wait && self.lines.is_empty()) {
+            self.flush();
+        }
+        if matches!(command, Command::Stats) {
+            // Counts the bytes up to this command; those behind it are not decoded yet.
+            self.session.stats.bytes = self.session.stats.bytes.max(place.byte);
+        }
+        let progress = self.run_command(command);
+        if let Ok(Progress::Queued(drawing)) = progress {
+            return self.enqueue_draw(drawing, place);
+        }
+        if progress.is_err() || self.session.remark.is_some() {
+            // What the draws before it have to say is said before.
+            self.draw_queued();
+        }
+        // The payload of a refused command has been dropped, and a command without a job does not
+        // hold any.
+        self.session.payload_held = None;
+        self.after_part(progress, place, verb)
+    }
+
     /// Reports the warnings and the result of a command, or suspends the stream if a job or pieces
     /// are left.
     fn after_part(
@@ -334,36 +402,15 @@ impl Sink for CommandExecutor<'_> {
         self.session.payload_held = Some(held);
     }
 
+    fn figure(&mut self, figure: Figure, place: StreamPosition) -> Flow {
+        self.draw_figure(figure, place)
+    }
+
     fn command(&mut self, command: Command, place: StreamPosition) -> Flow {
-        if let Command::Figure(Figure::Line { p0, p1, color }) = command
-            && self.batches
-        {
-            return self.enqueue(Line { p0, p1, color });
+        match command {
+            Command::Figure(figure) if self.session.payload_held.is_none() => self.draw_figure(figure, place),
+            command => self.run_at_door(command, place),
         }
-        if self.session.is_unread && command.only_answers() {
-            return self.yield_if_due(false);
-        }
-        let verb = command.verb();
-        let may_wait = self.batches && self.engine.leaves_draws_waiting(self.session, &command);
-        if !(may_wait && self.lines.is_empty()) {
-            self.flush();
-        }
-        if matches!(command, Command::Stats) {
-            // Counts the bytes up to this command; those behind it are not decoded yet.
-            self.session.stats.bytes = self.session.stats.bytes.max(place.byte);
-        }
-        let progress = self.run_command(command);
-        if let Ok(Progress::Queued(drawing)) = progress {
-            return self.enqueue_draw(drawing, place);
-        }
-        if progress.is_err() || self.session.remark.is_some() {
-            // What the draws before it have to say is said before.
-            self.draw_queued();
-        }
-        // The payload of a refused command has been dropped, and a command without a job does not
-        // hold any.
-        self.session.payload_held = None;
-        self.after_part(progress, place, verb)
     }
 
     fn error(&mut self, error: StreamError) -> Flow {
