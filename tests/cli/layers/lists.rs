@@ -310,6 +310,7 @@ pub const CIRCLES: &[(&[&str], &str)] = &[
             "command::codec",
             "command::commands",
             "command::encode",
+            "command::plain_line",
             "command::table",
             "command::verb",
         ],
