@@ -380,7 +380,7 @@ fn a_program_that_does_not_compile_has_no_points_and_its_first_error() {
     std::fs::write(source.join("main.c"), "int main(void) {\n    return nothing;\n}\nvoid MyGlDraw() {}\n")
         .unwrap();
     // A Makefile that asks is not answered.
-    std::fs::write(source.join("Makefile"), "all:\n\tread answer && cc main.c\n").unwrap();
+    std::fs::write(source.join("Makefile"), "all:\n\t@read answer && cc main.c\n").unwrap();
     for options in [&[][..], &["--calls"]] {
         let Some((result, _)) = graded(COLORS, options, &source) else { return };
         let first = "does not compile: main.c:2:12: error: 'nothing' undeclared";
