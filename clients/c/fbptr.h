@@ -34,6 +34,10 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#ifndef AI_NUMERICHOST
+#error "include fbptr.h before other headers, or compile with -D_POSIX_C_SOURCE=200112L, or -std=gnu99"
+#endif
+
 #define FBPTR_HEADER 4096   /* bytes of the shared file before the pixels */
 #define FBPTR_BUFFER 65536  /* bytes of commands that are sent together */
 #define FBPTR_LINE 4096     /* longest line that is read */
