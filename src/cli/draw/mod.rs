@@ -271,12 +271,14 @@ fn step(session: &mut Session, prompt: &mut Prompt, count: usize) -> Result<(), 
     let Some(line) = session.undo(1).map_err(broken)?.pop() else {
         return Err("there is nothing to step through".to_owned());
     };
-    let steps = step::steps(&line, &session.picture()?, &after);
+    let (command, steps) = step::steps(&line, &session.picture()?, &after);
+    let size = [after.width(), after.height()];
     let mut shown = 0;
     for part in steps.chunks(count.max(1)) {
         for (number, step) in (shown + 1..).zip(part) {
             session.poke(step.offset, step.color).map_err(broken)?;
-            output::print(format!("{number:>5} of {}: {}\n", steps.len(), step.text));
+            let text = step.text(command.as_ref(), size);
+            output::print(format!("{number:>5} of {}: {text}\n", steps.len()));
         }
         shown += part.len();
         if shown < steps.len() {

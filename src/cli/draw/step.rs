@@ -8,9 +8,11 @@ use crate::command::{Command, Decoder, EndOfInput, Flow, Limits, Sink, StreamErr
 use crate::memory::{Rgba, VideoMemory};
 use crate::server::Step;
 
-/// Returns the pixels of the command of `line`.
-pub(super) fn steps(line: &str, before: &VideoMemory, after: &VideoMemory) -> Vec<Step> {
-    crate::server::figure_steps(First::of(line).as_ref(), before, after)
+/// Returns the command of `line`, and its pixels.
+pub(super) fn steps(line: &str, before: &VideoMemory, after: &VideoMemory) -> (Option<Command>, Vec<Step>) {
+    let command = First::of(line);
+    let steps = crate::server::figure_steps(command.as_ref(), before, after);
+    (command, steps)
 }
 
 /// Keeps the first command of a stream.

@@ -240,7 +240,7 @@ impl Lighting {
     }
 
     /// Returns whether the lights are so many that each tile has a list of those that reach it, and
-    /// some have a radius, a cone or an attenuation.
+    /// some have a radius or an attenuation.
     pub fn has_many_of_bounded_reach(&self) -> bool {
         let is_bounded = |l: &PreparedLight| match l.light.kind {
             LightKind::Directional { .. } => false,

@@ -19,7 +19,7 @@ use super::plan::{Part, Parts};
 use super::prepared_draw::PreparedDraw;
 use super::sampler::Footprint;
 use super::shade::ShadingFrequency;
-use super::tile::{ExactFace, FrameSlices, Scratch};
+use super::tile::{ExactFace, FrameSlices, RecycledBindings, Scratch};
 use super::vertex::Vertex;
 use crate::executor::Executor;
 use crate::memory::{PickBuffer, PickCells, opaque};
@@ -28,7 +28,7 @@ use crate::simd::Level;
 pub(crate) use blended_raster::BlendedRaster;
 pub(crate) use blended_setup::BlendedSetup;
 pub(crate) use draw_batch::DrawBatch;
-use light_setup::{RecycledBindings, Tables};
+use light_setup::Tables;
 pub(crate) use memory_estimate::{binding_bytes, estimated_bytes, working_bytes};
 
 /// SIMD level and executor of a draw.

@@ -6,7 +6,7 @@
 
 use super::replay::{Playing, Replay};
 use super::{Show, Subject, Viewer};
-use fbptr_command::{Command, Decoder, Figure, Flow, Limits, Sink, StreamError, StreamPosition};
+use fbptr_command::{Command, Decoder, EndOfInput, Figure, Flow, Limits, Sink, StreamError, StreamPosition};
 use fbptr_core::memory::{Rgba, VideoMemory};
 use fbptr_core::pipeline::RenderPath;
 use fbptr_core::scene::ViewOverrides;
@@ -18,7 +18,8 @@ pub(super) struct Walk {
     /// Each pixel, and its bytes before it was drawn.
     steps: Vec<(Step, Rgba)>,
     shown: usize,
-    /// The command, and the line of the stream that it is in.
+    command: Command,
+    /// Its verb, and the line of the stream that it is in.
     name: String,
 }
 
@@ -26,18 +27,22 @@ impl Walk {
     /// Returns the last figure with numbers of the shown frame, with none of its pixels.
     pub fn new(replay: &Replay, overrides: ViewOverrides) -> Result<Walk, String> {
         let (bytes, make_engine) = replay.played();
+        let mut playing = Playing::new(bytes, make_engine, overrides, RenderPath::Fast)?;
+        if !playing.is_stream() {
+            return Err("a recording is not stepped through, only a stream of commands".to_owned());
+        }
         let mut last = LastFigure::default();
         last.read(bytes);
         let Some((command, place, end)) = last.found else {
             return Err("no LINE, LINEAA, CIRCLE, FILL or FILLPOLY to step through".to_owned());
         };
-        let mut playing = Playing::new(bytes, make_engine, overrides, RenderPath::Fast)?;
-        if !playing.is_stream() {
-            return Err("a recording is not stepped through, only a stream of commands".to_owned());
-        }
         playing.play_bytes(&bytes[..place.byte as usize]);
         let picture = playing.memory().clone();
-        playing.play_bytes(&bytes[..end]);
+        let mut with_figure = bytes[..end].to_vec();
+        if with_figure.last() != Some(&b'\n') {
+            with_figure.push(b'\n');
+        }
+        playing.play_bytes(&with_figure);
         let found = figure_steps(Some(&command), &picture, playing.memory());
         if found.is_empty() {
             return Err("the last figure changes no pixel".to_owned());
@@ -49,7 +54,7 @@ impl Walk {
         let steps =
             found.into_iter().map(|step| (before(&step), step)).map(|(old, step)| (step, old)).collect();
         let name = format!("{}, line {}", command.verb(), place.line);
-        Ok(Walk { picture, steps, shown: 0, name })
+        Ok(Walk { picture, steps, shown: 0, command, name })
     }
 
     /// Returns the picture.
@@ -77,7 +82,9 @@ impl Walk {
     /// Returns the numbers of the pixel that was shown last, one a line.
     pub fn numbers(&self) -> Vec<String> {
         let step = self.shown.checked_sub(1).and_then(|at| self.steps.get(at));
-        let text = step.map_or("", |(step, _)| step.text.split_once(")  ").map_or("", |(_, text)| text));
+        let size = [self.picture.width(), self.picture.height()];
+        let text = step.map_or_else(String::new, |(step, _)| step.text(Some(&self.command), size));
+        let text = text.split_once(")  ").map_or("", |(_, text)| text);
         let is_walk = text.starts_with("step ");
         let parts = text.split(if is_walk { ", " } else { "; " }).filter(|part| !part.is_empty());
         parts.map(str::to_owned).collect()
@@ -127,8 +134,13 @@ impl LastFigure {
                 *end = used;
             }
             if flow == Flow::Stop || (count == 0 && flow != Flow::Pause) {
-                break;
+                return;
             }
+        }
+        // A last line without its end.
+        let _ = decoder.finish(EndOfInput::File, self);
+        if let (true, Some((_, _, end))) = (self.is_new, &mut self.found) {
+            *end = used;
         }
     }
 }

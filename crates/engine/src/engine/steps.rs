@@ -7,41 +7,49 @@
 
 use super::figure_numbers;
 use fbptr_command::{Command, Figure};
+use fbptr_core::draw2d::{self, Blend, RampColor};
 use fbptr_core::memory::{Rgba, VideoMemory};
 
 /// Longest text of a pixel in characters.
 const MAX_TEXT: usize = 150;
 
 /// One pixel of the walk.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Step {
     /// Offset of the pixel in the frame, in bytes.
     pub offset: usize,
     /// Its bytes after the command.
     pub color: Rgba,
-    /// Place and numbers.
-    pub text: String,
+}
+
+impl Step {
+    /// Returns place and numbers of the pixel in a frame of `size`, as one line; without a command the
+    /// place alone.
+    pub fn text(&self, command: Option<&Command>, size: [u32; 2]) -> String {
+        let at = place_of(self.offset / 4, size[0]);
+        let numbers = command.and_then(|command| figure_numbers(command, size, at));
+        format!("({}, {})  {}", at[0], at[1], numbers.as_deref().map(brief).unwrap_or_default())
+    }
+}
+
+/// Returns column and row of a pixel.
+fn place_of(pixel: usize, width: u32) -> [i32; 2] {
+    let width = width.max(1) as usize;
+    [(pixel % width) as i32, (pixel / width) as i32]
 }
 
 /// Returns the pixels that a command changed from `before` to `after`, and of lines and circles those
-/// too that had the colour already; without a command, the pixels without their numbers.
+/// too that had the colour already.
 pub fn figure_steps(command: Option<&Command>, before: &VideoMemory, after: &VideoMemory) -> Vec<Step> {
-    let (width, size) = (after.width() as usize, [after.width(), after.height()]);
+    let walked = command.and_then(|command| walked(command, after));
     let pixels = before.bytes().chunks_exact(4).zip(after.bytes().chunks_exact(4)).enumerate();
-    let is_walk = matches!(command, Some(Command::Figure(Figure::Line { .. } | Figure::Circle { .. })));
     let mut found: Vec<([i32; 2], Step)> = Vec::new();
     for (i, (old, new)) in pixels {
-        let at = [(i % width) as i32, (i / width) as i32];
-        if old == new && !is_walk {
-            continue;
+        let is_walked = walked.as_ref().is_some_and(|walked| walked.bytes()[4 * i + 3] != 0);
+        if old != new || is_walked {
+            let color = [new[0], new[1], new[2], new[3]];
+            found.push((place_of(i, after.width()), Step { offset: 4 * i, color }));
         }
-        let numbers = command.and_then(|command| figure_numbers(command, size, at));
-        if old == new && numbers.is_none() {
-            continue;
-        }
-        let text = format!("({}, {})  {}", at[0], at[1], numbers.as_deref().map(brief).unwrap_or_default());
-        let color = [new[0], new[1], new[2], new[3]];
-        found.push((at, Step { offset: 4 * i, color, text }));
     }
     if let Some(Command::Figure(Figure::Line { p0, p1, .. })) = command {
         // Along the longer axis, from the first end.
@@ -49,6 +57,28 @@ pub fn figure_steps(command: Option<&Command>, before: &VideoMemory, after: &Vid
         found.sort_by_key(|(at, _)| at[axis].abs_diff(p0[axis]));
     }
     found.into_iter().map(|(_, step)| step).collect()
+}
+
+/// Returns a frame of the size of `like` in which the pixels of a line or a circle are opaque, the
+/// others transparent; `None` for other commands.
+fn walked(command: &Command, like: &VideoMemory) -> Option<VideoMemory> {
+    let Command::Figure(figure @ (Figure::Line { .. } | Figure::Circle { .. })) = command else {
+        return None;
+    };
+    let mut frame = VideoMemory::new(like.width(), like.height()).ok()?;
+    frame.bytes_mut().fill(0);
+    let opaque = [255; 4];
+    match figure {
+        Figure::Line { p0, p1, .. } => {
+            let color = RampColor { from: opaque, to: None };
+            draw2d::line(&mut frame, *p0, *p1, color, Blend::Replace);
+        }
+        Figure::Circle { cx, cy, r, .. } => {
+            draw2d::circle(&mut frame, [*cx, *cy], *r, opaque, Blend::Replace).ok()?;
+        }
+        _ => return None,
+    }
+    Some(frame)
 }
 
 /// Returns the part of a figure's numbers that belongs to the pixel alone, in one line: of a walk the
@@ -82,10 +112,13 @@ fn brief(numbers: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fbptr_core::draw2d::{self, Blend, RampColor};
 
-    fn of(line: &str, before: &VideoMemory, after: &VideoMemory) -> Vec<Step> {
-        figure_steps(Command::parse(line.as_bytes(), None).ok().as_ref(), before, after)
+    fn of(line: &str, before: &VideoMemory, after: &VideoMemory) -> (Vec<Step>, Vec<String>) {
+        let command = Command::parse(line.as_bytes(), None).ok();
+        let steps = figure_steps(command.as_ref(), before, after);
+        let size = [after.width(), after.height()];
+        let texts = steps.iter().map(|step| step.text(command.as_ref(), size)).collect();
+        (steps, texts)
     }
 
     #[test]
@@ -94,8 +127,7 @@ mod tests {
         let mut after = before.clone();
         let color = RampColor { from: [255, 0, 0, 255], to: None };
         draw2d::line(&mut after, [12, 8], [2, 5], color, Blend::Replace);
-        let steps = of("LINE 12 8 2 5 red", &before, &after);
-        let texts: Vec<&str> = steps.iter().map(|step| step.text.as_str()).collect();
+        let (steps, texts) = of("LINE 12 8 2 5 red", &before, &after);
         assert_eq!(texts.len(), 11);
         // d = 2m - n = -4 at first; 2m = 6, 2m - 2n = -14.
         assert_eq!(texts[..3], ["(12, 8)  step 0, d -4", "(11, 8)  step 1, d 2", "(10, 7)  step 2, d -12"]);
@@ -104,6 +136,8 @@ mod tests {
             drawn.bytes_mut()[step.offset..step.offset + 4].copy_from_slice(&step.color);
         }
         assert!(drawn.bytes() == after.bytes());
+        // Drawn again, where nothing changes: the same walk.
+        assert_eq!(of("LINE 12 8 2 5 red", &after, &after).1, texts);
     }
 
     #[test]
@@ -112,11 +146,11 @@ mod tests {
         let mut after = before.clone();
         let corners = [[0.0, 0.0], [4.0, 0.0], [0.0, 4.0]];
         draw2d::fill(&mut after, corners, draw2d::AreaColors::One([9, 8, 7, 255]), Blend::Replace);
-        let filled = of("FILL 0 0 4 0 0 4 090807", &before, &after);
+        let (filled, texts) = of("FILL 0 0 4 0 0 4 090807", &before, &after);
         let lit = before.bytes().chunks_exact(4).zip(after.bytes().chunks_exact(4)).filter(|(a, b)| a != b);
         assert_eq!(filled.len(), lit.count());
-        assert!(filled.iter().all(|step| step.text.chars().count() <= MAX_TEXT + 20), "{filled:?}");
-        assert!(filled[0].text.contains("edge"), "{filled:?}");
-        assert!(of("TRANSLATE 1 0 0", &before, &before).is_empty());
+        assert!(texts.iter().all(|text| text.chars().count() <= MAX_TEXT + 20), "{texts:?}");
+        assert!(texts[0].contains("edge"), "{texts:?}");
+        assert!(of("TRANSLATE 1 0 0", &before, &before).0.is_empty());
     }
 }

@@ -352,7 +352,7 @@ impl<'a> Judge<'a> {
             near += u64::from((-1..=1).any(|d| is_found(moved(place, q.minor, d))));
             empty += u64::from(self.pixels.is_same(found, self.pixels.background));
         }
-        let presence = match (near * 10 <= count, empty * 2 >= count) {
+        let presence = match (count > 0 && near * 10 <= count, empty * 2 >= count) {
             (false, _) => Presence::Some,
             (true, true) => Presence::Nothing,
             (true, false) => Presence::OtherColors,

@@ -274,11 +274,27 @@ pub fn prepare(folder: &Path, copy: &Path) -> Result<Prepared, Refusal> {
     }
     // Which of several is compiled is the program's own choice: the first is told.
     let Some(called) = all.first().map(|(_, called)| called.clone()) else {
+        if let Some((path, ..)) = files.iter().find(|(_, bytes, _)| has_body(bytes)) {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            return Err(Refusal::Use(format!("{name} defines {ENTRY} in a way that is not understood")));
+        }
         let text = format!("no function {ENTRY} is defined, which the framework calls");
         return Err(Refusal::Fault(Fault { text, errors: Vec::new() }));
     };
     let entries = all.into_iter().map(|(entry, called)| (entry, called.calls)).collect();
     Ok(Prepared { entries, called })
+}
+
+/// Returns whether the entry has a body somewhere in a source, whatever stands around it.
+fn has_body(source: &[u8]) -> bool {
+    let tokens = text::tokens(source);
+    (0..tokens.len()).any(|at| {
+        let mut rest = tokens[at..].iter();
+        rest.next().is_some_and(|token| token.text == ENTRY)
+            && rest.next().is_some_and(|token| token.text == "(")
+            && rest.by_ref().any(|token| token.text == ")")
+            && rest.find(|token| !token.is_word()).is_some_and(|token| token.text == "{")
+    })
 }
 
 /// Returns what all sources declare, as a file sees it.
@@ -388,6 +404,16 @@ mod tests {
         let lost = vec![("LINE", "a reason".to_owned())];
         let missing = Called { calls: Vec::new(), lost }.missing(&plain).unwrap();
         assert_eq!(missing, "no function for PX is found; a reason; no function for CIRCLE is found");
+    }
+
+    #[test]
+    fn a_body_is_told_from_a_declaration() {
+        let is_body = |source: &str| has_body(source.as_bytes());
+        assert!(is_body(
+            "#ifdef A\nint f() {\n#else\nint g() {\n#endif\n}\nvoid MyGlDraw(void) noexcept\n{ }"
+        ));
+        assert!(!is_body("void MyGlDraw(void); int main() { MyGlDraw(); }"));
+        assert!(!is_body("// void MyGlDraw() { }\nif (MyGlDraw) { }"));
     }
 
     #[test]

@@ -27,7 +27,9 @@ fn blank(source: &[u8]) -> Vec<u8> {
             line_end(rest)
         } else if rest.starts_with(b"/*") {
             rest[2..].windows(2).position(|two| two == b"*/").map_or(rest.len(), |end| end + 4)
-        } else if rest[0] == b'"' || rest[0] == b'\'' {
+        } else if let Some(len) = raw_text_end(source, at) {
+            len
+        } else if rest[0] == b'"' || (rest[0] == b'\'' && !is_separator(source, at)) {
             text_end(rest)
         } else if rest[0] == b'#' && is_line_start {
             if is_left_out(rest) { left_out(rest) } else { line_end(rest) }
@@ -50,11 +52,12 @@ fn directive(line: &[u8]) -> Option<(&[u8], &[u8])> {
     Some((&line[..len], line[len..].trim_ascii()))
 }
 
-/// Returns whether a line is `#if 0`.
+/// Returns whether a line is `#if 0`, and nothing that an operator goes on with.
 fn is_left_out(rest: &[u8]) -> bool {
     let (word, value) = directive(&rest[..line_end(rest)]).unwrap_or_default();
-    let value = value.split(|byte| !byte.is_ascii_alphanumeric()).next();
-    word == b"if" && matches!(value, Some(b"0" | b"false"))
+    let comment = value.windows(2).position(|two| two == b"//" || two == b"/*");
+    let value = value[..comment.unwrap_or(value.len())].trim_ascii();
+    word == b"if" && matches!(value, b"0" | b"(0)" | b"false")
 }
 
 /// Returns the length of what `#if 0` leaves out, with the line that ends it.
@@ -92,6 +95,24 @@ fn text_end(rest: &[u8]) -> usize {
     at + 1
 }
 
+/// Returns whether a quote parts the digits of a number, as in 1'000.
+fn is_separator(source: &[u8], at: usize) -> bool {
+    let word = source[..at].iter().rev().take_while(|byte| byte.is_ascii_alphanumeric() || **byte == b'\'');
+    word.last().is_some_and(u8::is_ascii_digit)
+}
+
+/// Returns the length of a raw text from its quote on: R"( ... )", with a word before the brackets or none.
+fn raw_text_end(source: &[u8], at: usize) -> Option<usize> {
+    let rest = source[at..].strip_prefix(b"\"")?;
+    if !source[..at].ends_with(b"R") {
+        return None;
+    }
+    let word = rest.iter().position(|byte| *byte == b'(').filter(|len| *len <= 16)?;
+    let end = [b")", &rest[..word], b"\""].concat();
+    let len = rest.windows(end.len()).position(|bytes| bytes == end)?;
+    Some(1 + len + end.len())
+}
+
 /// Returns the tokens of a source.
 pub fn tokens(source: &[u8]) -> Vec<Token> {
     let text = &blank(source);
@@ -112,4 +133,41 @@ pub fn tokens(source: &[u8]) -> Vec<Token> {
         tokens.push(Token { text: word, end: at });
     }
     tokens
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns the tokens' texts with a blank between them.
+    fn texts(source: &str) -> String {
+        tokens(source.as_bytes()).iter().map(|token| token.text.as_str()).collect::<Vec<_>>().join(" ")
+    }
+
+    #[test]
+    fn quotes_in_numbers_and_raw_texts_hide_no_brace() {
+        assert_eq!(texts("int k = 1'000; }"), "int k = 1 ' 000 ; }");
+        assert_eq!(texts("int k = 0xff'ff'; }"), "int k = 0xff ' ff ' ; }");
+        assert_eq!(texts("char c = '{'; char d = '\\'';}"), "char c = ; char d = ; }");
+        assert_eq!(texts("f(R\"(a \"quoted{\" text)\"); g(R\"x(}\")x\");"), "f ( R ) ; g ( R ) ;");
+    }
+
+    #[test]
+    fn only_a_condition_of_zero_leaves_code_out() {
+        for (condition, is_kept) in [
+            ("0", false),
+            ("(0) // old", false),
+            ("0 /* a */", false),
+            ("false", false),
+            ("0 || 1", true),
+            ("0x1", true),
+            ("01", true),
+        ] {
+            assert_eq!(
+                texts(&format!("#if {condition}\nint a;\n#endif\n")) == "int a ;",
+                is_kept,
+                "{condition}"
+            );
+        }
+    }
 }

@@ -64,7 +64,9 @@ pub(crate) use lighting::{Cone, Exponent, FastLight, LightPosition, MaterialLigh
 pub(crate) use list_bytes::ListBytes;
 pub(crate) use sampler::TextureSampler;
 pub(crate) use scratch::{DEPTH_VERTEX_BYTES, LIST_BYTES, SCREEN_VERTEX_BYTES, Scratch};
-pub(crate) use shading_state::{ColorSource, Eye, FragmentShader, MaterialBinding, Shading};
+pub(crate) use shading_state::{
+    ColorSource, Eye, FragmentShader, MaterialBinding, RecycledBindings, Shading,
+};
 pub(crate) use tile_rows::{BinnedDraw, Counts, RowProgress, TileRowBuffers, for_each_tile_row};
 pub(crate) use vertex::{ToScreen, screen_vertices_of};
 pub(crate) use vertex_lighting::VertexLightingKernel;

@@ -1,8 +1,9 @@
 //! Per-draw shading state: colour source, eye, materials and fog.
 
 use super::fog::FogParams;
-use super::lighting::MaterialLighting;
+use super::lighting::{FastLight, MaterialLighting};
 use super::sampler::TextureSampler;
+use crate::pipeline::depth_sort::recycle;
 pub use crate::pipeline::shading_space::Eye;
 
 /// Source of the colours, with its per-vertex or per-face arrays.
@@ -33,6 +34,23 @@ pub struct MaterialBinding<'a> {
     pub lighting: MaterialLighting,
     /// Texture, if any.
     pub texture: Option<TextureSampler<'a>>,
+}
+
+/// Empty lists that one draw, or tile, leaves to the next for reuse.
+#[derive(Debug, Default)]
+pub struct RecycledBindings {
+    /// List of materials.
+    pub bindings: Vec<MaterialBinding<'static>>,
+    /// Lists of their lights.
+    pub lights: Vec<Vec<FastLight>>,
+}
+
+impl RecycledBindings {
+    /// Takes back the lists of a finished draw.
+    pub fn take_back(&mut self, mut bindings: Vec<MaterialBinding<'_>>) {
+        self.lights.extend(bindings.drain(..).map(|s| s.lighting.lights).filter(|l| l.capacity() > 0));
+        self.bindings = recycle(bindings);
+    }
 }
 
 /// Inputs from which fragments are shaded, apart from their material: those of a draw, or of a

@@ -6,33 +6,70 @@
 //! depend on tiles; one knows by pictures of many lights that equal those of all lights at each
 //! pixel (tests).
 
-use super::lighting::{FastLight, LightPosition};
-use super::shading_state::{ColorSource, Eye, MaterialBinding, Shading};
+use super::lighting::{FastLight, LightPosition, MaterialLighting};
+use super::shading_state::{ColorSource, Eye, MaterialBinding, RecycledBindings, Shading};
 use crate::math::coverage::PixelRect;
 use crate::pipeline::light::MANY_LIGHTS;
 use glam::DVec3;
+use std::cell::Cell;
 
 /// Number of materials up to which lights are chosen by tile: each is copied.
 const MOST_MATERIALS: usize = 16;
 
+thread_local! {
+    /// Lists of the thread's last tile: steady frames ask for no memory.
+    static RECYCLED: Cell<RecycledBindings> = Cell::default();
+}
+
+/// The materials of a draw with the lights that may reach the pixels of a tile.
+pub(super) struct TileLights<'a> {
+    /// Materials, in the draw's order.
+    pub bindings: Vec<MaterialBinding<'a>>,
+    recycled: RecycledBindings,
+}
+
+impl Drop for TileLights<'_> {
+    fn drop(&mut self) {
+        let mut recycled = std::mem::take(&mut self.recycled);
+        recycled.take_back(std::mem::take(&mut self.bindings));
+        RECYCLED.set(recycled);
+    }
+}
+
 /// Returns the materials of a draw with the lights that may reach the pixels of a tile; `None` where
 /// all are to be used.
-pub(super) fn lights_of_tile<'a>(shading: &Shading<'a>, tile: PixelRect) -> Option<Vec<MaterialBinding<'a>>> {
-    let is_many = |binding: &MaterialBinding<'_>| binding.lighting.lights.len() >= MANY_LIGHTS;
-    let bindings = shading.bindings;
+pub(super) fn lights_of_tile<'a>(shading: &Shading<'a>, tile: PixelRect) -> Option<TileLights<'a>> {
+    let all = shading.bindings;
     let (ColorSource::Pixels(_), Eye::Perspective { ray }) = (shading.shader.source, shading.shader.eye)
     else {
         return None;
     };
-    if bindings.len() > MOST_MATERIALS || !bindings.iter().any(is_many) {
+    let has_end = |light: &FastLight| light.reach2 < f32::INFINITY;
+    let pays = |binding: &MaterialBinding<'_>| {
+        let lights = &binding.lighting.lights;
+        lights.len() >= MANY_LIGHTS && lights.iter().any(has_end)
+    };
+    if all.len() > MOST_MATERIALS || !all.iter().any(pays) {
         return None;
     }
     let planes = side_planes(ray, tile)?;
-    let mut found = bindings.to_vec();
-    for binding in &mut found {
-        binding.lighting.lights.retain(|light| may_reach(light, &planes));
+    let most = all.iter().map(|binding| binding.lighting.lights.len()).max().unwrap_or_default();
+    let mut recycled = RECYCLED.take();
+    let mut bindings: Vec<MaterialBinding<'a>> = std::mem::take(&mut recycled.bindings);
+    for binding in all {
+        let of = &binding.lighting;
+        let mut lights = Vec::new();
+        if !of.lights.is_empty() {
+            lights = recycled.lights.pop().unwrap_or_default();
+            lights.clear();
+            lights.reserve(most);
+            lights.extend(of.lights.iter().filter(|light| may_reach(light, &planes)));
+        }
+        let MaterialLighting { diffuse, specular, exponent, model, needs_place, .. } = *of;
+        let lighting = MaterialLighting { diffuse, specular, lights, exponent, model, needs_place };
+        bindings.push(MaterialBinding { lighting, texture: binding.texture });
     }
-    Some(found)
+    Some(TileLights { bindings, recycled })
 }
 
 /// Returns the inward unit normals of the four planes through the eye and a tile's sides, half a

@@ -306,8 +306,9 @@ impl TileRow<'_> {
         let name = self.draw.job.name;
         match self.draw.job.shading.maps {
             None => {
-                let bindings = lights_of_tile(self.faces.shading, reach);
-                let of_tile = bindings.as_deref().map(|bindings| Shading { bindings, ..*self.faces.shading });
+                let lights = lights_of_tile(self.faces.shading, reach);
+                let of_tile =
+                    lights.as_ref().map(|l| Shading { bindings: &l.bindings, ..*self.faces.shading });
                 // Of this lifetime, as the lights are.
                 let exact_face = |face: u32| (self.faces.exact_face)(face);
                 let faces = Faces {

@@ -1,7 +1,7 @@
 //! Per-draw inputs of the tile renderer.
 
 use super::DrawContext;
-use super::light_setup::{Light, RecycledBindings, TableWork, Tables};
+use super::light_setup::{Light, TableWork, Tables};
 use crate::math::coverage::PixelRect;
 use crate::memory::DepthFormat;
 use crate::pipeline::draw_call::{CoarseDepth, DrawStats};
@@ -9,8 +9,8 @@ use crate::pipeline::indexed_mesh::IndexedMesh;
 use crate::pipeline::plan::Part;
 use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::tile::{
-    ColorSource, DepthEncoder, DepthF64, DrawJob, Eye, FogParams, FragmentShader, MaterialBinding, Shading,
-    ToScreen, Winding,
+    ColorSource, DepthEncoder, DepthF64, DrawJob, Eye, FogParams, FragmentShader, MaterialBinding,
+    RecycledBindings, Shading, ToScreen, Winding,
 };
 use crate::scene::{Cull, Interpolation, ShadeMode};
 

@@ -2,14 +2,13 @@
 
 use crate::executor::Executor;
 use crate::pipeline::assemble::Facing;
-use crate::pipeline::depth_sort::recycle;
 use crate::pipeline::indexed_mesh::IndexedMesh;
 use crate::pipeline::light::{Lighting, PreparedLight, SurfacePoint};
 use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::shading_space::f32s;
 use crate::pipeline::tile::{
-    Cone, Exponent, FastLight, LightPosition, MaterialBinding, MaterialLighting, TextureSampler,
-    VertexLightingKernel,
+    Cone, Exponent, FastLight, LightPosition, MaterialBinding, MaterialLighting, RecycledBindings,
+    TextureSampler, VertexLightingKernel,
 };
 use crate::scene::{Attenuation, Cull, LightKind, Material, ShadeMode};
 use crate::simd::Level;
@@ -35,21 +34,6 @@ impl Tables {
             .iter()
             .map(|t| t.capacity() * 16)
             .sum()
-    }
-}
-
-/// Empty lists that one draw leaves to the next for reuse.
-#[derive(Debug, Default)]
-pub(super) struct RecycledBindings {
-    bindings: Vec<MaterialBinding<'static>>,
-    lights: Vec<Vec<FastLight>>,
-}
-
-impl RecycledBindings {
-    /// Takes back the lists of a finished draw.
-    pub fn take_back(&mut self, mut bindings: Vec<MaterialBinding<'_>>) {
-        self.lights.extend(bindings.drain(..).map(|s| s.lighting.lights).filter(|l| l.capacity() > 0));
-        self.bindings = recycle(bindings);
     }
 }
 

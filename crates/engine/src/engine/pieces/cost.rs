@@ -84,9 +84,10 @@ impl Engine {
                 if is_near { pixels * composed } else { pixels * 64 }
             }
             Figure::Bezier { points, width, .. } => {
-                // Up to 8192 steps, each of which may meet every row.
+                // Up to 8192 steps, each of which may meet every row; unseen ones are computed, too.
                 let (pixels, _) = self.visible_stroke(points, *width);
-                pixels * composed + if pixels > 0 { draw2d::bezier_steps(points) * 4000 } else { 0 }
+                let step = if pixels > 0 { 4000 } else { 100 };
+                pixels * composed + draw2d::bezier_steps(points) * step
             }
             Figure::Ellipse { center: [cx, cy], radii: [rx, ry], .. } => {
                 let (pixels, is_near) = self.visible_box([cx - rx, cy - ry], [cx + rx, cy + ry]);
