@@ -178,7 +178,10 @@ const PIPELINE: Edges = &[
             "wide_vertex",
         ],
     ),
-    ("tile", &["draw_call", "indexed_mesh", "plane_equation", "preemption", "sampler", "shading_space"]),
+    (
+        "tile",
+        &["draw_call", "indexed_mesh", "light", "plane_equation", "preemption", "sampler", "shading_space"],
+    ),
     (
         "tile_frontend",
         &[
