@@ -180,7 +180,16 @@ const PIPELINE: Edges = &[
     ),
     (
         "tile",
-        &["draw_call", "indexed_mesh", "light", "plane_equation", "preemption", "sampler", "shading_space"],
+        &[
+            "depth_sort",
+            "draw_call",
+            "indexed_mesh",
+            "light",
+            "plane_equation",
+            "preemption",
+            "sampler",
+            "shading_space",
+        ],
     ),
     (
         "tile_frontend",
