@@ -44,7 +44,7 @@ pub enum Refusal {
 /// Compiles the sources of a folder.
 ///
 /// # Errors
-/// Why there is no program.
+/// The reason why there is no program.
 pub fn compile(folder: &Path) -> Result<Built, Refusal> {
     build(folder, &mut limited).map_err(|error| refusal(error, folder))
 }
@@ -52,7 +52,7 @@ pub fn compile(folder: &Path) -> Result<Built, Refusal> {
 /// Copies a folder so that its functions are called, and compiles the copy.
 ///
 /// # Errors
-/// Why there is no program.
+/// The reason why there is no program.
 pub fn compile_calls(folder: &Path, copy: &Path) -> Result<(Called, Built), Refusal> {
     let mut prepared = calls::prepare(folder, copy)?;
     loop {

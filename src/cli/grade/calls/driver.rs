@@ -33,7 +33,7 @@ pub struct Call {
 /// name the one with most colours, rather a definition than a declaration.
 ///
 /// # Errors
-/// Why there is none.
+/// The reason why there is none.
 pub fn call(declared: &Declared, figure: &Figure, is_cpp: bool) -> Result<Call, String> {
     let mut why = Vec::new();
     let mut found = |names: &[&str], wants_switch: bool| {

@@ -243,7 +243,7 @@ impl Prepared {
 /// Copies a folder to `copy` and makes its functions be called, where the copy is written.
 ///
 /// # Errors
-/// Why the program cannot be graded so.
+/// The reason why the program cannot be graded so.
 pub fn prepare(folder: &Path, copy: &Path) -> Result<Prepared, Refusal> {
     let sources = copy_folder(folder, copy).map_err(Refusal::Use)?;
     let mut files = Vec::new();
