@@ -233,7 +233,9 @@ mod steps {
                     return Err(wrong("--calls: this sheet is for programs in Python".to_owned()));
                 }
                 (Some(path), true) => {
-                    python::check(&self.python).map_err(wrong)?;
+                    let is_picture = |file: &(String, String)| file.0.ends_with(".png");
+                    let has_textures = items.iter().any(|item| item.files.iter().any(is_picture));
+                    python::check(&self.python, has_textures).map_err(wrong)?;
                     words[0] = path.into();
                 }
                 (None, true) => {

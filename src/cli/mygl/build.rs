@@ -100,7 +100,7 @@ pub fn compile(command: &mut Command) -> io::Result<Compiled> {
 /// Compiles the program of a folder.
 ///
 /// # Errors
-/// Why there is none.
+/// The reason why there is none.
 pub fn build(folder: &Path, compile: Compile<'_>) -> Result<Built, BuildError> {
     let machine = |e: io::Error| BuildError::Machine(format!("{}: {e}", folder.display()));
     let folder = folder.canonicalize().map_err(machine)?;

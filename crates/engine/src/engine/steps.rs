@@ -2,8 +2,8 @@
 //! decide each.
 //!
 //! In: a command, and the frame before and after it. Out: its pixels (of a line from its first end, of
-//! everything else row by row), each with its colour and a line of text. Right is: the pixels drawn one
-//! after the other make the frame that the command has made.
+//! everything else row by row), each with its colour, and a line of text when it is asked for. Right is:
+//! the pixels drawn one after the other make the frame that the command has made.
 
 use super::figure_numbers;
 use fbptr_command::{Command, Figure};
