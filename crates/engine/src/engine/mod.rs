@@ -20,6 +20,7 @@
 //! # Ok::<(), fbptr_core::error::Fault>(())
 //! ```
 
+mod area_queue;
 mod call;
 mod default_view;
 mod dispatch;
@@ -70,6 +71,7 @@ use fbptr_formats::load::{QuotaDir, SandboxDir};
 use std::sync::Arc;
 use std::time::Duration;
 
+pub(crate) use area_queue::{MOST_AREAS, MOST_AREAS_NS, QueuedArea};
 use call::{Call, Outcome};
 use draw_log::DrawLog;
 pub(crate) use draw_queue::{MOST_DRAWS, MOST_NS};
@@ -147,6 +149,8 @@ pub struct Engine {
     /// Set if the first command of a stream may be `SIZE w h`.
     takes_size: bool,
     observers: Vec<Box<dyn Observer>>,
+    /// Areas of the running stream that wait for others; kept to be used again.
+    pub(crate) areas: Vec<QueuedArea>,
     /// Outputs that `STATS` names without an observer.
     offered_outputs: Vec<OutputStatus>,
     is_in_pieces: bool,
@@ -257,6 +261,7 @@ impl Engine {
             dialect: Dialect::default(),
             takes_size: false,
             observers: Vec::new(),
+            areas: Vec::new(),
             offered_outputs: Vec::new(),
             is_in_pieces: false,
             may_suspend: false,

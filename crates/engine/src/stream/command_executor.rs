@@ -7,7 +7,7 @@
 
 use super::{CommandError, Notice, Output, Resume, StreamState, Suspended};
 use crate::clock::Instant;
-use crate::engine::{Drawing, MOST_DRAWS, MOST_NS, Progress, Request};
+use crate::engine::{Drawing, MOST_AREAS, MOST_AREAS_NS, MOST_DRAWS, MOST_NS, Progress, QueuedArea, Request};
 use crate::{Audience, Budget, Effect, Engine, Pace, Session};
 use fbptr_command::{Command, Figure, Flow, Rect, Sink, StreamError, StreamPosition, format_fault};
 use fbptr_core::cancel::CancelToken;
@@ -32,6 +32,8 @@ pub(super) struct CommandExecutor<'a> {
     /// estimated nanoseconds.
     draws: Vec<(Drawing, StreamPosition)>,
     draws_ns: u64,
+    /// Estimated nanoseconds of the areas that wait in the engine.
+    areas_ns: u64,
     /// Set if lines and small draws may wait for their neighbours.
     pub(super) batches: bool,
     /// Estimated nanoseconds of figures since the clock was last read.
@@ -73,6 +75,7 @@ impl<'a> CommandExecutor<'a> {
             line_pixels: 0,
             draws: Vec::new(),
             draws_ns: 0,
+            areas_ns: 0,
             batches: false,
             unclocked_ns: 0,
         }
@@ -80,7 +83,9 @@ impl<'a> CommandExecutor<'a> {
 
     /// Queues a line, which has no reply, so that it is drawn in one batch with its neighbours.
     fn enqueue(&mut self, line: Line) -> Flow {
-        self.draw_queued();
+        if self.lines.is_empty() {
+            self.flush();
+        }
         let axis = |i: usize| line.p0[i].abs_diff(line.p1[i]).min(MAX_SIDE) as usize;
         self.line_pixels += axis(0).max(axis(1));
         self.lines.push(line);
@@ -99,14 +104,57 @@ impl<'a> CommandExecutor<'a> {
         {
             return self.enqueue(Line { p0, p1, color });
         }
-        self.flush();
         let Some(ns) = self.engine.quick_figure_ns(self.session, &figure) else {
+            self.flush();
             return self.run_at_door(Command::Figure(figure), place);
         };
+        let may_wait = self.batches && self.session.surfaces.are_plain();
+        // Once one waits, the others wait with it, which are quicker alone.
+        let figure = match may_wait
+            && (!self.engine.areas.is_empty() || QueuedArea::gains(&figure, self.session.blend, ns))
+        {
+            true => match QueuedArea::of(figure, place) {
+                Ok(area) => return self.enqueue_area(area, ns),
+                Err(figure) => figure,
+            },
+            false => figure,
+        };
+        self.flush();
         match self.engine.draw_quick(self.session, &figure) {
             Ok(()) => self.yield_after(ns + READ_NS),
             Err(fault) => self.refuse(place, figure.verb(), fault),
         }
+    }
+
+    /// Queues an area, which has no reply, so that it is drawn together with others.
+    fn enqueue_area(&mut self, area: QueuedArea, ns: u64) -> Flow {
+        if self.engine.areas.is_empty() {
+            self.flush();
+        }
+        self.areas_ns += ns;
+        self.engine.areas.push(area);
+        if self.areas_ns < MOST_AREAS_NS && self.engine.areas.len() < MOST_AREAS {
+            return Flow::Continue;
+        }
+        match self.draw_areas() {
+            Flow::Continue => self.yield_if_due(false),
+            flow => flow,
+        }
+    }
+
+    /// Draws the queued areas. Reports those that met a defect.
+    #[inline(never)]
+    fn draw_areas(&mut self) -> Flow {
+        self.areas_ns = 0;
+        let mut areas = std::mem::take(&mut self.engine.areas);
+        let refused = self.engine.draw_areas(self.session, &areas);
+        areas.clear();
+        self.engine.areas = areas;
+        let mut flow = Flow::Continue;
+        for (place, verb, fault) in refused {
+            flow = self.refuse(place, verb, fault);
+        }
+        flow
     }
 
     /// Yields if that is due after a figure of so many estimated nanoseconds. It has no reply.
@@ -144,6 +192,10 @@ impl<'a> CommandExecutor<'a> {
     pub(super) fn flush(&mut self) {
         if !self.lines.is_empty() {
             self.draw_lines();
+        }
+        if !self.engine.areas.is_empty() {
+            // A defect that ends the stream is found again with the next command.
+            let _ = self.draw_areas();
         }
         self.draw_queued();
     }
@@ -270,7 +322,7 @@ impl<'a> CommandExecutor<'a> {
         }
         let verb = command.verb();
         let may_wait = self.batches && self.engine.leaves_draws_waiting(self.session, &command);
-        if !(may_wait && self.lines.is_empty()) {
+        if !(may_wait && self.lines.is_empty() && self.engine.areas.is_empty()) {
             self.flush();
         }
         if matches!(command, Command::Stats) {

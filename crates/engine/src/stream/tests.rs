@@ -1,4 +1,5 @@
 use super::*;
+use crate::clock::Instant;
 use proptest::prelude::*;
 
 fn play(script: &[u8], pieces: usize, audience: Audience) -> (Engine, Output) {
@@ -321,4 +322,72 @@ proptest! {
         let replies = draw(&setting, &obj(&corners));
         prop_assert!(replies.ends_with("SYNC end\n") && !replies.contains("defect"), "{}", replies);
     }
+}
+
+/// Returns areas large and small, and what may stand between them, on a frame of 280x190 pixels.
+fn areas(seed: u32) -> String {
+    let mut next = numbers(seed);
+    let mut script = "AUTO off\n".to_owned();
+    for i in 0..400 {
+        let color = format!("{:06x}{:02x}", next(1 << 24), [255, 255, 90, 0][next(4) as usize]);
+        let at = |v: u32| f64::from(v) / 4.0 - 40.0;
+        let (x, y, w, h) = (at(next(1200)), at(next(900)), at(next(1200)) + 40.0, at(next(900)) + 40.0);
+        script += &match next(16) {
+            0..6 => format!("FILLRECT {x} {y} {w} {h} {color}\n"),
+            6 | 7 => format!("FILLCIRCLE {x} {y} {} {color}\n", w / 2.0),
+            8 => format!("FILL {x} {y} {w} {h} {h} {x} {color}\n"),
+            9 => format!("FILLPOLY {color} {x} {y} {w} {h} {h} {x} {y} {w}\n"),
+            10 => format!("FILLRECT {x} {y} 3 2 {color}\n"),
+            11 => format!("FILLRECT {x} {y} -3 {h} {color}\n"),
+            12 => format!("FILL 1e20 {y} -1e19 {h} {h} 3e25 {color}\n"),
+            13 => ["BLEND over\n", "BLEND replace\n"][next(2) as usize].to_owned(),
+            14 => ["CLIP 20 30 100 60\n", "CLIP\n", "PX 5 5\n"][next(3) as usize].to_owned(),
+            _ => format!("LINE {i} 3 80 {i} {color}\n"),
+        };
+    }
+    script + "STATS\nCRC\n"
+}
+
+#[test]
+fn areas_drawn_in_bands_are_drawn_in_their_turn() {
+    for seed in 0..12 {
+        let script = areas(seed);
+        let one_by_one = replies_of(&script, 1, script.len(), Pace::OneCommand);
+        assert!(one_by_one.contains(" commands=402 "), "{one_by_one}");
+        for (threads, pieces) in [(1, script.len()), (3, script.len()), (1, 999), (1, 64)] {
+            let together = replies_of(&script, threads, pieces, Pace::Free);
+            assert!(together == one_by_one, "{seed}, {threads} threads, pieces of {pieces}: {together}");
+        }
+    }
+}
+
+#[test]
+fn areas_wait_for_one_another_and_no_longer_than_others_should() {
+    let mut engine = Engine::new(280, 190).unwrap();
+    let mut stream = Stream::new(&engine, 1, Audience::Connection);
+    let mut out = Output::default();
+    let script = "FILLRECT 0 0 280 190 ff0000\n".repeat(2000);
+    let budget = Budget { until: Some(Instant::now()), ..Budget::NONE };
+    let (used, state) = stream.feed(&mut engine, script.as_bytes(), &mut out, budget);
+    assert_eq!(state, StreamState::Yields);
+    // An estimate of 26,835 ns each, up to 8 ms.
+    assert_eq!(used, 28 * 299);
+    assert_eq!(stream.session().stats.commands, 299);
+}
+
+#[test]
+#[cfg(debug_assertions)]
+fn an_area_that_meets_a_defect_is_refused_at_its_place_and_the_others_are_drawn() {
+    let mut engine = Engine::new(280, 190).unwrap();
+    let mut stream = Stream::new(&engine, 1, Audience::Connection);
+    let mut out = Output::default();
+    engine.wanted_defect = Some("FILLCIRCLE");
+    let script = b"FILLRECT 0 0 280 190 ff0000\nFILLCIRCLE 90 90 80 00ff00\nFILLRECT 0 100 280 90 0000ff\nPX 1 1\nPX 1 180\n";
+    let _ = stream.feed(&mut engine, script, &mut out, Budget::NONE);
+    let text = String::from_utf8(out.replies).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    assert!(lines[0].starts_with("ERR 2 28 EFORMAT FILLCIRCLE: "), "{text}");
+    assert_eq!(lines[1..], ["PX 1 1 ff0000", "PX 1 180 0000ff"]);
+    let stats = stream.session().stats;
+    assert_eq!((stats.commands, stats.errors), (5, 1));
 }
