@@ -8,7 +8,8 @@ use super::layout::{Layout, Scaling};
 use super::look::ScreenLook;
 use super::presence::Presence;
 use super::status::ServerStatus;
-use super::view::View;
+use super::upload::Upload;
+use super::view::{Redrawn, View};
 use super::{Collector, KeyReport, MAX_WINDOW_SIDE, TICK, USUAL_SCREEN, WindowError, open, wheel_steps};
 use fbptr_core::input::InputEvent;
 use fbptr_server::{Display, EventSender};
@@ -18,6 +19,7 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// Settings of a window.
 #[derive(Clone, Debug)]
@@ -87,7 +89,9 @@ pub fn run(display: Arc<Display>, options: Options) -> Result<(), WindowError> {
     let mut toggles_fullscreen = options.fullscreen;
     let mut pointer = Pointer::new(display.event_sender(), Clicks::new(&window));
     let mut presence = Presence::new(&window);
+    let mut upload = Upload::new(&window);
     while window.is_open() && !display.is_leaving() && !view.wants_to_quit() {
+        let begun = Instant::now();
         if presence.is_lost() {
             break;
         }
@@ -97,20 +101,17 @@ pub fn run(display: Arc<Display>, options: Options) -> Result<(), WindowError> {
         if let Some(title) = display.take_title() {
             window.set_title(&title);
         }
-        let words = view.redraw(window_size);
+        let redrawn = view.redraw(window_size);
         // Converting a frame takes long enough to be destroyed in.
         if presence.is_lost() {
             break;
         }
-        let uploaded = match words {
-            Some(words) => window.update_with_buffer(words, window_size[0], window_size[1]).is_ok(),
-            None => {
-                window.update();
-                false
-            }
-        };
-        if uploaded {
-            view.note_uploaded();
+        match redrawn {
+            None => upload.idle(&mut window),
+            Some(Redrawn { words, rows }) => match upload.show(&mut window, words, window_size, rows) {
+                true => view.note_uploaded(),
+                false => view.redraw_all(),
+            },
         }
         for report in reports.borrow_mut().drain(..) {
             match report {
@@ -124,7 +125,7 @@ pub fn run(display: Arc<Display>, options: Options) -> Result<(), WindowError> {
         if options.close_at_end && display.is_finished() && view.is_up_to_date() {
             break;
         }
-        std::thread::sleep(TICK);
+        std::thread::sleep(TICK.saturating_sub(begun.elapsed()));
     }
     if presence.is_lost() {
         // Its end would ask Xlib to destroy it once more, which ends the process.

@@ -31,6 +31,8 @@ mod program_arguments;
 mod scanout;
 mod smooth;
 mod status;
+#[cfg_attr(not(target_os = "linux"), path = "no_upload.rs")]
+mod upload;
 mod view;
 mod viewer;
 

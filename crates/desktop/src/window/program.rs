@@ -10,6 +10,7 @@ use super::frame_input::FrameInput;
 use super::layout::{Layout, Scaling};
 use super::look::ScreenLook;
 use super::program_arguments::ProgramArguments;
+use super::upload::Upload;
 use super::{Collector, KeyReport, MAX_WINDOW_SIDE, USUAL_SCREEN, WindowError, open, wheel_steps};
 use fbptr_command::framebuffer::Framebuffer;
 use fbptr_formats::save;
@@ -90,7 +91,7 @@ fn in_window(
     let reports = Rc::new(RefCell::new(VecDeque::new()));
     window.set_input_callback(Box::new(Collector(reports.clone())));
     let mut input = FrameInput::default();
-    let mut screen = Screen::default();
+    let (mut screen, mut upload) = (Screen::default(), Upload::new(&window));
     let mut last = Instant::now();
     while window.is_open() && !input.close {
         let layout = screen.look.layout(size, window.get_size().into(), Scaling::Whole);
@@ -106,7 +107,7 @@ fn in_window(
         read_mouse(&window, &layout, &mut input);
         frame(framebuffer, &mut input);
         screen.look.set_crt(input.crt);
-        screen.show(framebuffer, size, &mut window)?;
+        screen.show(framebuffer, size, &mut window, &mut upload);
         input.close |= arguments.ends_with(input.frame);
     }
     Ok(())
@@ -138,11 +139,11 @@ impl Screen {
         framebuffer: &Framebuffer,
         frame: [usize; 2],
         window: &mut Window,
-    ) -> Result<(), WindowError> {
+        upload: &mut Upload,
+    ) {
         let [width, height] = <[usize; 2]>::from(window.get_size());
         if width == 0 || height == 0 {
-            window.update();
-            return Ok(());
+            return window.update();
         }
         let layout = self.look.layout(frame, [width, height], Scaling::Whole);
         if self.layout.replace(layout) != Some(layout) {
@@ -151,7 +152,7 @@ impl Screen {
             self.words.resize(width * height, 0);
         }
         self.look.convert(framebuffer.memory().bytes(), &layout, 0..frame[1], &mut self.words);
-        let shown = window.update_with_buffer(&self.words, width, height);
-        shown.map_err(|e| WindowError::Unavailable(e.to_string()))
+        // What is not shown is drawn with the next frame.
+        upload.show(window, &self.words, [width, height], 0..height);
     }
 }

@@ -15,6 +15,7 @@ use fbptr_core::memory::VideoMemory;
 use fbptr_server::{Display, ShownFrame};
 use minifb::Key;
 use std::collections::HashSet;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -51,6 +52,12 @@ pub struct View {
     /// Corner of the overlay.
     corner: Option<Corner>,
     is_uploaded: bool,
+}
+
+/// The window's words, and the rows of them that changed.
+pub struct Redrawn<'a> {
+    pub words: &'a [u32],
+    pub rows: Range<usize>,
 }
 
 /// Frame rate measurement: frames shown since a time, and the last measured rate.
@@ -134,6 +141,11 @@ impl View {
         self.display.note_shown(self.frame.frame);
     }
 
+    /// Makes the next call of [`redraw`](View::redraw) return the whole window.
+    pub fn redraw_all(&mut self) {
+        self.layout = None;
+    }
+
     /// Handles a key press or release.
     pub fn key(&mut self, key: Key, is_down: bool) {
         let is_repeat = match is_down {
@@ -203,7 +215,7 @@ impl View {
     }
 
     /// Copies the changes of the frame. Returns the changed rows, if there is a new version.
-    fn update_frame(&mut self) -> Option<std::ops::Range<usize>> {
+    fn update_frame(&mut self) -> Option<Range<usize>> {
         let rows = self.display.copy_changes(self.frame.version, &mut self.frame)?;
         self.rate.frames += 1;
         let rows = rows.start as usize..rows.end as usize;
@@ -215,9 +227,9 @@ impl View {
         Some(rows)
     }
 
-    /// Returns the window's words if any changed since the last call, `None` if the screen is up to
-    /// date.
-    pub fn redraw(&mut self, window_size: [usize; 2]) -> Option<&[u32]> {
+    /// Returns the window's words and their changed rows, if any changed since the last call; `None`
+    /// if the screen is up to date.
+    pub fn redraw(&mut self, window_size: [usize; 2]) -> Option<Redrawn<'_>> {
         if window_size.contains(&0) {
             return None;
         }
@@ -250,6 +262,10 @@ impl View {
             }
             (Some(rows), false, true) => rows,
         };
+        let changed = match is_whole || !lines.is_empty() || layout.is_smooth || self.look.is_crt() {
+            true => 0..window_size[1],
+            false => layout.window_rows(rows.clone()),
+        };
         self.look.convert(&self.frame.bytes, &layout, rows, &mut self.words);
         if !lines.is_empty() {
             let mut canvas = Canvas { words: &mut self.words, width: window_size[0], height: window_size[1] };
@@ -267,7 +283,7 @@ impl View {
         }
         self.drawn_lines = lines;
         self.is_uploaded = false;
-        Some(&self.words)
+        Some(Redrawn { words: &self.words, rows: changed })
     }
 
     /// Returns what a server's window says while nothing was drawn.
@@ -332,14 +348,14 @@ mod tests {
         let mut memory = VideoMemory::new(6, 4).unwrap();
         memory.put_pixel(2, 1, [1, 2, 3, 255]);
         let (display, mut view) = view_of(&memory);
-        let words = view.redraw([6, 4]).expect("the first look draws").to_vec();
+        let words = view.redraw([6, 4]).expect("the first look draws").words.to_vec();
         assert_eq!(words[6 + 2], 0x0001_0203);
         view.note_uploaded();
         assert_eq!(display.frame_on_screen(), 1);
         assert!(view.redraw([6, 4]).is_none() && view.is_up_to_date());
         memory.put_pixel(5, 3, [9, 9, 9, 0]);
         display.publish(&memory, 3..4, 2, None);
-        assert_eq!(view.redraw([6, 4]).expect("changed")[23], 0x0009_0909);
+        assert_eq!(view.redraw([6, 4]).expect("changed").words[23], 0x0009_0909);
         display.publish(&memory, 0..0, 3, None);
         assert!(view.redraw([6, 4]).is_none());
         assert_eq!(display.frame_on_screen(), 3, "an unchanged frame counts as shown");
@@ -350,17 +366,17 @@ mod tests {
     #[test]
     fn overlays_come_and_go_without_a_trace() {
         let (_, mut view) = view_of(&VideoMemory::new(300, 200).unwrap());
-        let plain = view.redraw([300, 200]).expect("first").to_vec();
+        let plain = view.redraw([300, 200]).expect("first").words.to_vec();
         for key in [Key::F1, Key::I, Key::F3] {
             view.set_pointer(Some((10.0, 10.0)));
             view.key(key, true);
-            assert_ne!(view.redraw([300, 200]).expect("overlay on"), plain, "{key:?}");
+            assert_ne!(view.redraw([300, 200]).expect("overlay on").words, plain, "{key:?}");
             view.key(key, true);
             assert!(view.redraw([300, 200]).is_none(), "a held key does not toggle again");
             view.key(key, false);
             view.key(key, true);
             view.key(key, false);
-            assert_eq!(view.redraw([300, 200]).expect("overlay off"), plain, "{key:?}");
+            assert_eq!(view.redraw([300, 200]).expect("overlay off").words, plain, "{key:?}");
         }
     }
 
@@ -368,22 +384,48 @@ mod tests {
     fn a_servers_window_says_how_to_draw_until_something_is_drawn() {
         let mut memory = VideoMemory::new(480, 320).unwrap();
         let (display, mut view) = view_of(&memory);
-        let plain = view.redraw([480, 320]).expect("first").to_vec();
+        let plain = view.redraw([480, 320]).expect("first").words.to_vec();
         let board = fbptr_server::MetricsBoard::new();
         view.set_server(Some(ServerStatus::new(vec!["tcp 127.0.0.1:1337".into()], board)), false);
-        assert_ne!(view.redraw([480, 320]).expect("the welcome"), plain);
+        assert_ne!(view.redraw([480, 320]).expect("the welcome").words, plain);
         assert_eq!(view.frame.bytes, memory.bytes(), "nothing of it is in the frame");
         view.key(Key::F1, true);
-        view.redraw([480, 320]).expect("the welcome and the keys");
+        view.redraw([480, 320]).expect("the welcome and the keys").words;
         view.key(Key::F1, false);
         view.key(Key::F1, true);
         memory.put_pixel(3, 3, [0, 0, 200, 255]);
         display.publish(&memory, 3..4, 2, None);
-        let drawn = view.redraw([480, 320]).expect("drawn").to_vec();
+        let drawn = view.redraw([480, 320]).expect("drawn").words.to_vec();
         assert_eq!(drawn.iter().filter(|w| **w != 0).count(), 1, "the pixel alone");
         memory.put_pixel(3, 3, [0, 0, 0, 255]);
         display.publish(&memory, 3..4, 3, None);
-        assert_eq!(view.redraw([480, 320]).expect("black"), plain, "it does not come back");
+        assert_eq!(view.redraw([480, 320]).expect("black").words, plain, "it does not come back");
+    }
+
+    #[test]
+    fn the_rows_that_changed_are_enough_to_keep_a_screen_up_to_date() {
+        let mut memory = VideoMemory::new(40, 30).unwrap();
+        let (display, mut view) = view_of(&memory);
+        let (mut screen, mut uploaded, mut whole) = (Vec::new(), 0, 0);
+        let sizes = [[40, 30], [90, 70], [90, 70], [31, 17], [320, 240]];
+        for turn in 0u64..400 {
+            let size = sizes[(turn / 80) as usize];
+            if turn % 20 == 7 {
+                let key = [Key::F10, Key::F3, Key::F3, Key::K, Key::K][(turn / 20 % 5) as usize];
+                view.key(key, true);
+                view.key(key, false);
+            }
+            let row = (turn * 7 % 30) as u32;
+            memory.put_pixel((turn % 40) as i32, row as i32, [turn as u8, 255, 3, 255]);
+            display.publish(&memory, row..row + 1, turn + 2, None);
+            let Some(Redrawn { words, rows }) = view.redraw(size) else { continue };
+            screen.resize(words.len(), 0);
+            let of_rows = rows.start * size[0]..rows.end * size[0];
+            screen[of_rows.clone()].copy_from_slice(&words[of_rows]);
+            assert!(screen == words, "turn {turn}");
+            (uploaded, whole) = (uploaded + rows.len(), whole + size[1]);
+        }
+        assert!(uploaded * 2 < whole, "{uploaded} of {whole} rows");
     }
 
     #[test]
@@ -399,9 +441,9 @@ mod tests {
             view.key(key, true);
             view.key(key, false);
         };
-        let plain = view.redraw(size).expect("first").to_vec();
+        let plain = view.redraw(size).expect("first").words.to_vec();
         press(&mut view, Key::K);
-        let crt = view.redraw(size).expect("another look").to_vec();
+        let crt = view.redraw(size).expect("another look").words.to_vec();
         assert!(crt != plain && view.redraw(size).is_none());
         view.snapshot();
         let saved = |number: u32| {
@@ -418,7 +460,7 @@ mod tests {
         press(&mut view, Key::K);
         assert!(view.look.is_crt(), "the key is the clients'");
         press(&mut view, Key::F8);
-        assert_eq!(view.redraw(size).expect("the look as before"), plain);
+        assert_eq!(view.redraw(size).expect("the look as before").words, plain);
     }
 
     #[test]

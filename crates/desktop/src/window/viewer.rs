@@ -10,6 +10,7 @@ use super::hud::{self, ListPanel};
 use super::layout::Scaling;
 use super::look::ScreenLook;
 use super::overlay::{Canvas, Corner};
+use super::upload::Upload;
 use super::{Collector, KeyReport, Layout, MAX_WINDOW_SIDE, USUAL_SCREEN, WindowError, open};
 use crate::viewer::{Key, Model, Overlay, Request, Viewer};
 use fbptr_formats::save::{self, Movie};
@@ -95,7 +96,7 @@ pub fn run_viewer(viewer: &mut Viewer, options: &mut ViewerOptions<'_>) -> Resul
     if options.is_smooth && scale == 1 {
         screen.scaling = Scaling::Smooth;
     }
-    let mut fullscreen = Fullscreen::default();
+    let (mut fullscreen, mut upload) = (Fullscreen::default(), Upload::new(&window));
     let (begun, mut last, mut watched) = (Instant::now(), Instant::now(), Instant::now());
     while window.is_open() && options.ends_after.is_none_or(|time| begun.elapsed() < time) {
         let size = <[usize; 2]>::from(window.get_size());
@@ -115,8 +116,9 @@ pub fn run_viewer(viewer: &mut Viewer, options: &mut ViewerOptions<'_>) -> Resul
         viewer.advance(now - std::mem::replace(&mut last, now));
         let is_new = viewer.refresh();
         match screen.redraw(viewer, size, is_new) {
-            Some(words) => drop(window.update_with_buffer(words, size[0], size[1])),
-            None => window.update(),
+            Some(words) if upload.show(&mut window, words, size, 0..size[1]) => {}
+            Some(_) => screen.redraw_all(),
+            None => upload.idle(&mut window),
         }
         let mut quits = (options.on_picture)(viewer, is_new);
         for report in reports.borrow_mut().drain(..) {
@@ -186,24 +188,27 @@ impl FrameOnScreen {
         Layout { window: size, ..self.look.layout(self.frame, [size[0], height], scaling) }
     }
 
+    /// Makes the next call of `redraw` return the whole window.
+    fn redraw_all(&mut self) {
+        self.size = [0, 0];
+    }
+
     fn toggle_scaling(&mut self) {
         self.scaling = self.scaling.next();
-        // Causes the entire window to be redrawn.
-        self.size = [0, 0];
+        self.redraw_all();
     }
 
     /// Uses the whole screen: bars as wide as a whole factor leaves them are no fullscreen picture.
     fn fill_screen(&mut self) {
         if self.scaling == Scaling::Whole {
             self.scaling = Scaling::Smooth;
-            self.size = [0, 0];
+            self.redraw_all();
         }
     }
 
     fn toggle_crt(&mut self) {
         self.look.set_crt(!self.look.is_crt());
-        // As above.
-        self.size = [0, 0];
+        self.redraw_all();
     }
 
     /// Returns the window's words if any changed.
