@@ -14,7 +14,9 @@ rounds' own ratios with the least and the largest; with `--before BINARY` that o
 A round draws the same figures by each program right after each other, each round in the other order, on one core, and
 takes processor time, so that other work on the machine counts for little: ours by `fbptr play` of the stream ten
 times over, parsing included, less the time of an empty stream; tiny-skia by `src/bin/tiny_skia.rs`, the others through
-their Python bindings, with paints, paths and surfaces made before, the shorter of two frames. Before it is timed,
+their Python bindings, with paints, paths and surfaces made before, the shorter of two frames. Pictures are read from
+the stream's file by all of them, each frame; `pictures_held` are in memory before, and are drawn by ours through its
+Python package (`fb.blit`), which must be installed (`pip install ./python`). Before it is timed,
 `fbptr bench` compares our picture with the truth. Every other picture is compared with the exact one: where the number
 of its pixels that are not black differs by more than two percent, the time has a star. Text is of other letters in
 every program and has no such check. Blend2D has smooth edges alone, and its binding neither lines nor pictures.
@@ -41,6 +43,10 @@ try:
     import blend2d  # noqa: E402
 except ImportError:
     blend2d = None
+try:
+    import fbptr  # noqa: E402
+except ImportError:
+    fbptr = None
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 TINY_SKIA = os.path.join(ROOT, "target/peers/target/release/tiny_skia")
@@ -49,7 +55,7 @@ SIZE = (1920, 1080)
 REPEATS = 10
 WORKLOADS = (
     "rects rects_over discs discs_over triangles triangles_three triangles_three_over lines lines_aa lines_wide stars "
-    "pictures text"
+    "pictures pictures_held text"
 ).split()
 
 
@@ -61,6 +67,7 @@ def color_of(digits):
 def figures_of(stream):
     """Reads a stream of figures: (verb, numbers, colours or text or pixels)."""
     found, source = [], io.BytesIO(stream)
+    held = memoryview(stream)
     for line in iter(source.readline, b""):
         words = line.decode().rstrip("\n").split(" ")
         verb = words[0]
@@ -73,7 +80,9 @@ def figures_of(stream):
         elif verb == "PRINT":
             found.append((verb, [int(words[1]), int(words[2])], [color_of(words[3]), " ".join(words[4:])]))
         elif verb == "BLIT":
-            found.append((verb, [int(word) for word in words[1:5]], source.read(int(words[5][1:]))))
+            at = source.tell()
+            source.seek(int(words[5][1:]), io.SEEK_CUR)
+            found.append((verb, [int(word) for word in words[1:5]], held[at : source.tell()]))
     return found
 
 
@@ -81,8 +90,43 @@ def pairs(numbers):
     return list(zip(numbers[::2], numbers[1::2]))
 
 
+class Reader:
+    """Reads the pixels of pictures from the stream's file, one picture after the other, into one buffer."""
+
+    def __init__(self, path, figures):
+        self.file = open(path, "rb", buffering=0)
+        self.buffer = bytearray(max(len(pixels) for _, _, pixels in figures))
+        self.places, at = {}, 0
+        with open(path, "rb") as lines:
+            for _, _, pixels in figures:
+                at += len(lines.readline())
+                self.places[id(pixels)] = at
+                at += len(pixels)
+                lines.seek(at)
+
+    def read(self, pixels):
+        self.file.seek(self.places[id(pixels)])
+        wanted = memoryview(self.buffer)[: len(pixels)]
+        done = 0
+        while done < len(wanted):
+            done += self.file.readinto(wanted[done:])
+        return wanted
+
+
 class Peer:
     """A program in this process: one call for each figure."""
+
+    def start(self, work, figures, path):
+        reader = Reader(path, figures) if work == "pictures" else None
+        self.pixels_of = reader.read if reader else lambda pixels: pixels
+        self.calls = [self.call(work, *figure) for figure in figures]
+
+    def picture_call(self, work, pixels, make, draw):
+        """Returns the call that draws a picture: made before, or read and made each time."""
+        if work == "pictures":
+            return lambda: draw(make(self.pixels_of(pixels)))
+        held = make(pixels)
+        return lambda: draw(held)
 
     def draws_all(self):
         return all(self.calls)
@@ -105,7 +149,7 @@ class Skia(Peer):
         self.array = numpy.zeros((SIZE[1], SIZE[0], 4), numpy.uint8)
         self.surface = skia.Surface(self.array, colorType=skia.kRGBA_8888_ColorType)
         self.canvas = self.surface.getCanvas()
-        self.calls = [self.call(work, *figure) for figure in figures]
+        self.start(work, figures, stream)
 
     def call(self, work, verb, n, rest):
         canvas = self.canvas
@@ -137,10 +181,14 @@ class Skia(Peer):
             ends = [value + shift for value in n[:4]]
             return lambda: canvas.drawLine(*ends, paint)
         if verb == "BLIT":
-            image = skia.Image.frombytes(rest, (n[2], n[3]), skia.kRGBA_8888_ColorType)
             paint.setBlendMode(skia.BlendMode.kSrc)
             sampling = skia.SamplingOptions()
-            return lambda: canvas.drawImage(image, n[0], n[1], sampling, paint)
+
+            def make(pixels):
+                array = numpy.frombuffer(pixels, numpy.uint8).reshape(n[3], n[2], 4)
+                return skia.Image.fromarray(array, skia.kRGBA_8888_ColorType, copy=False)
+
+            return self.picture_call(work, rest, make, lambda image: canvas.drawImage(image, n[0], n[1], sampling, paint))
         font, text = skia.Font(skia.Typeface(), 10), rest[1]
         font.setEdging(skia.Font.Edging.kAlias)
         font.setSubpixel(False)
@@ -160,7 +208,7 @@ class Sdl(Peer):
         pygame.display.init()
         pygame.display.set_mode((16, 16))
         self.surface = pygame.Surface(SIZE, 0, 32)
-        self.calls = [self.call(work, *figure) for figure in figures]
+        self.start(work, figures, stream)
 
     def call(self, work, verb, n, rest):
         surface, draw = self.surface, pygame.draw
@@ -186,8 +234,12 @@ class Sdl(Peer):
         if verb == "WIDELINE":
             return lambda: draw.line(surface, color, (n[0], n[1]), (n[2], n[3]), n[4])
         if verb == "BLIT":
-            image = pygame.image.frombuffer(rest, (n[2], n[3]), "RGBA").convert(surface)
-            return lambda: surface.blit(image, (n[0], n[1]))
+
+            def make(pixels):
+                image = pygame.image.frombuffer(pixels, (n[2], n[3]), "RGBX")
+                return image if work == "pictures" else image.convert(surface)
+
+            return self.picture_call(work, rest, make, lambda image: surface.blit(image, (n[0], n[1])))
         return None
 
     def clear(self):
@@ -203,7 +255,7 @@ class Pillow(Peer):
     def __init__(self, work, figures, stream):
         self.image = Image.new("RGBA", SIZE)
         self.draw = ImageDraw.Draw(self.image)
-        self.calls = [self.call(work, *figure) for figure in figures]
+        self.start(work, figures, stream)
 
     def call(self, work, verb, n, rest):
         draw = self.draw
@@ -223,8 +275,8 @@ class Pillow(Peer):
             width = 1 if verb == "LINE" else n[4]
             return lambda: draw.line(n[:4], fill=color, width=width)
         if verb == "BLIT":
-            image = Image.frombytes("RGBA", (n[2], n[3]), rest)
-            return lambda: self.image.paste(image, (n[0], n[1]))
+            make = lambda pixels: Image.frombuffer("RGBA", (n[2], n[3]), pixels, "raw", "RGBA", 0, 1)
+            return self.picture_call(work, rest, make, lambda image: self.image.paste(image, (n[0], n[1])))
         return None
 
     def clear(self):
@@ -279,10 +331,11 @@ class TinySkia:
     name = "tiny-skia"
 
     def __init__(self, work, figures, stream):
-        self.stream, self.pixels = stream, stream + ".rgba"
+        self.stream, self.pixels, self.work = stream, stream + ".rgba", work
 
     def run(self, frames):
-        return subprocess.run([TINY_SKIA, self.stream, str(frames), self.pixels], capture_output=True, text=True)
+        command = [TINY_SKIA, self.stream, str(frames), self.pixels] + ["read"] * (self.work == "pictures")
+        return subprocess.run(command, capture_output=True, text=True)
 
     def draws_all(self):
         return self.run(1).returncode == 0
@@ -292,6 +345,25 @@ class TinySkia:
 
     def picture(self):
         return numpy.fromfile(self.pixels, numpy.uint8).reshape(SIZE[1], SIZE[0], 4)[:, :, :3]
+
+
+class Held(Peer):
+    """This project's own Python package, with pictures in memory."""
+
+    name = "fbptr"
+
+    def __init__(self, work, figures, stream):
+        self.frame = fbptr.Framebuffer(*SIZE)
+        self.start(work, [(verb, n, bytes(rest)) for verb, n, rest in figures], stream)
+
+    def call(self, work, verb, n, rest):
+        return lambda: self.frame.blit(*n, rest)
+
+    def clear(self):
+        self.frame.clear()
+
+    def picture(self):
+        return numpy.asarray(self.frame)[:, :, :3]
 
 
 PEERS = [Skia, Sdl, Pillow]
@@ -322,16 +394,17 @@ def is_alike(peer, exact):
 
 def rounds_of(given, folder, work):
     """Returns the times of all programs by name, one for each round, and the names of those whose picture differs."""
-    subprocess.run([given.fbptr, "bench", f"2d_{work}", "--export", folder], check=True)
-    subprocess.run([given.fbptr, "bench", f"2d_{work}", "--frames", "1", "--json"], check=True, capture_output=True)
-    path = os.path.join(folder, f"2d_{work}.fbs")
+    row = "2d_" + work.removesuffix("_held")
+    subprocess.run([given.fbptr, "bench", row, "--export", folder], check=True)
+    subprocess.run([given.fbptr, "bench", row, "--frames", "1", "--json"], check=True, capture_output=True)
+    path = os.path.join(folder, f"{row}.fbs")
     with open(path, "rb") as file:
         stream = file.read()
     figures = figures_of(stream)
     for name, repeats in (("many.fbs", REPEATS), ("empty.fbs", 0)):
         with open(os.path.join(folder, name), "wb") as file:
             file.write(b"SIZE %d %d\n" % SIZE + stream * repeats)
-    exact = numpy.asarray(Image.open(os.path.join(folder, f"2d_{work}.ppm")))
+    exact = numpy.asarray(Image.open(os.path.join(folder, f"{row}.ppm")))
     peers = [kind(work, figures, path) for kind in PEERS]
     peers = [peer for peer in peers if peer.draws_all()]
     different = []
@@ -339,8 +412,15 @@ def rounds_of(given, folder, work):
         peer.least_ms(1)
         if work != "text" and not is_alike(peer, exact):
             different.append(peer.name)
-    programs = [("fbptr", lambda: own_ms(given.fbptr, folder))]
-    programs += [("before", lambda: own_ms(given.before, folder))] if given.before else []
+    if work == "pictures_held":
+        own = Held(work, figures, path)
+        own.least_ms(1)
+        if not (own.picture() == exact).all():
+            sys.exit("the Python package draws another picture")
+        programs = [("fbptr", lambda: own.least_ms(given.frames))]
+    else:
+        programs = [("fbptr", lambda: own_ms(given.fbptr, folder))]
+        programs += [("before", lambda: own_ms(given.before, folder))] if given.before else []
     programs += [(peer.name, lambda peer=peer: peer.least_ms(given.frames)) for peer in peers]
     times = {name: [] for name, _ in programs}
     for turn in range(given.rounds):
@@ -365,6 +445,8 @@ def main():
     print("|---" * (len(names) + 3) + "|")
     with tempfile.TemporaryDirectory() as folder:
         for work in given.only.split(","):
+            if work == "pictures_held" and not fbptr:
+                continue
             times, different = rounds_of(given, folder, work)
             others = [column for name, column in times.items() if name not in ("fbptr", "before")]
             cells = [cell(times, different, name) for name in names]

@@ -4,6 +4,7 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use fbptr::draw2d::{self, AreaColors, Blend, Line, RampColor, Rect};
 use fbptr::executor::Executor;
+use fbptr::framebuffer::Framebuffer;
 use fbptr::memory::{Rgba, VideoMemory};
 use fbptr::server::worker_pool;
 use std::hint::black_box;
@@ -211,5 +212,74 @@ fn figures(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, lines, pixels, points, areas, figures);
+/// Figures of a few pixels through [`Framebuffer`], as a program draws them, each compared with its
+/// definition before.
+fn small(c: &mut Criterion) {
+    const FIGURES: usize = 10_000;
+    let places: Vec<[i32; 2]> = ends(FIGURES, true).iter().map(|[p0, _]| *p0).collect();
+    let lines = ends(FIGURES, true);
+    type Draw<'a> = Box<dyn Fn(&mut Framebuffer) + 'a>;
+    type Defined<'a> = Box<dyn Fn(&mut VideoMemory) + 'a>;
+    let cases: [(&str, Draw<'_>, Defined<'_>); 4] = [
+        (
+            "rectangle 4x4",
+            Box::new(|fb| {
+                places.iter().for_each(|&[x, y]| fb.fill_rect([x, y, 4, 4], COLOR).expect("in range"));
+            }),
+            Box::new(|m| each_pixel(m, &places, 0..4, |_, _| true)),
+        ),
+        (
+            "line",
+            Box::new(|fb| lines.iter().for_each(|&[p0, p1]| fb.line(p0, p1, COLOR))),
+            Box::new(|m| lines.iter().for_each(|&line| naive_line(m.bytes_mut().as_chunks_mut().0, line))),
+        ),
+        (
+            "disc r = 3",
+            Box::new(|fb| {
+                let center = |&[x, y]: &[i32; 2]| [f64::from(x), f64::from(y)];
+                places.iter().for_each(|p| fb.fill_circle(center(p), 3.0, COLOR).expect("in range"));
+            }),
+            // Centres of pixels within the circle: (2 dx + 1)^2 + (2 dy + 1)^2 <= (2 r)^2.
+            Box::new(|m| {
+                each_pixel(m, &places, -4..4, |dx, dy| (2 * dx + 1).pow(2) + (2 * dy + 1).pow(2) <= 36);
+            }),
+        ),
+        (
+            "letter",
+            Box::new(|fb| places.iter().for_each(|&p| fb.text(p, "g", COLOR))),
+            Box::new(|m| {
+                let glyph = draw2d::font::glyph('g');
+                each_pixel(m, &places, 0..8, |dx, dy| glyph[dy as usize] >> (7 - dx) & 1 != 0);
+            }),
+        ),
+    ];
+    let mut group = c.benchmark_group("small figures");
+    group.throughput(Throughput::Elements(FIGURES as u64));
+    for (name, draw, defined) in &cases {
+        let (mut fb, mut truth) = (Framebuffer::new(W, H).expect("a frame of ordinary size"), frame());
+        draw(&mut fb);
+        defined(&mut truth);
+        assert!(fb.memory().bytes() == truth.bytes(), "{name}");
+        group.bench_function(*name, |b| b.iter(|| draw(black_box(&mut fb))));
+    }
+    group.finish();
+}
+
+/// Draws the pixels at offsets within `side` of each place for which `is_inside` holds.
+fn each_pixel(
+    memory: &mut VideoMemory,
+    places: &[[i32; 2]],
+    side: std::ops::Range<i32>,
+    is_inside: impl Fn(i32, i32) -> bool,
+) {
+    for [x, y] in places {
+        for (dx, dy) in side.clone().flat_map(|dy| side.clone().map(move |dx| (dx, dy))) {
+            if is_inside(dx, dy) {
+                memory.put_pixel(x + dx, y + dy, COLOR);
+            }
+        }
+    }
+}
+
+criterion_group!(benches, lines, pixels, points, areas, figures, small);
 criterion_main!(benches);

@@ -1,10 +1,14 @@
 //! The figures of `fbptr bench 2d` on tiny-skia, for `two_d.py`.
 //!
-//! In: `tiny_skia STREAM FRAMES PICTURE`, a stream that `fbptr bench 2d --export` wrote. Out: the least
+//! In: `tiny_skia STREAM FRAMES PICTURE [read]`, a stream that `fbptr bench 2d --export` wrote. Out: the least
 //! processor milliseconds of a frame on stdout, with paints, paths and pictures made before, and the
 //! picture as RGBA bytes. Status 2 if tiny-skia has no such figure. Anti-aliased lines are smooth, all
-//! else is filled by centres of pixels, as its definitions and those of fbptr say.
+//! else is filled by centres of pixels, as its definitions and those of fbptr say. With `read` the
+//! pixels of pictures are read from the stream's file in each frame.
 
+use rustix::time::{ClockId, clock_gettime};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read, Seek};
 use std::process::exit;
 use tiny_skia::*;
 
@@ -107,22 +111,41 @@ fn draw(frame: &mut Pixmap, figures: &[Figure]) {
     }
 }
 
+/// Draws pictures, each of which is read before.
+fn read_and_draw(frame: &mut Pixmap, figures: &mut [Figure], file: &mut BufReader<File>) -> std::io::Result<()> {
+    file.rewind()?;
+    let mut line = Vec::new();
+    for figure in figures {
+        line.clear();
+        file.read_until(b'\n', &mut line)?;
+        if let Figure::Picture(_, _, picture) = figure {
+            file.read_exact(picture.data_mut())?;
+        }
+        draw(frame, std::slice::from_ref(figure));
+    }
+    Ok(())
+}
+
 /// Returns the processor time of this process in milliseconds.
 fn processor_ms() -> f64 {
-    let stat = std::fs::read_to_string("/proc/self/schedstat").expect("Linux");
-    stat.split(' ').next().expect("the time").parse::<f64>().expect("nanoseconds") / 1e6
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 / 1e6
 }
 
 fn main() {
     let words: Vec<String> = std::env::args().collect();
-    let [_, stream, frames, picture] = &words[..] else { panic!("tiny_skia STREAM FRAMES PICTURE") };
-    let figures = figures(&std::fs::read(stream).expect("the stream"));
+    let [_, stream, frames, picture, read @ ..] = &words[..] else { panic!("tiny_skia STREAM FRAMES PICTURE [read]") };
+    let mut figures = figures(&std::fs::read(stream).expect("the stream"));
+    let mut file = (!read.is_empty()).then(|| BufReader::new(File::open(stream).expect("the stream")));
     let mut frame = Pixmap::new(SIZE[0], SIZE[1]).expect("a frame");
     let mut least = f64::INFINITY;
     for _ in 0..frames.parse::<u32>().expect("a number of frames") {
         frame.fill(Color::BLACK);
         let begun = processor_ms();
-        draw(&mut frame, &figures);
+        match &mut file {
+            Some(file) => read_and_draw(&mut frame, &mut figures, file).expect("the stream"),
+            None => draw(&mut frame, &figures),
+        }
         least = least.min(processor_ms() - begun);
     }
     std::fs::write(picture, frame.data()).expect("the picture");
