@@ -134,3 +134,20 @@ fn an_x_server_that_dies_under_the_window_ends_the_server_in_order() {
         assert!(text.lines().last().is_some_and(|line| line.starts_with("#!end ")), "round {round}");
     }
 }
+
+#[test]
+fn what_another_window_has_covered_is_shown_again() {
+    let folder = Folder::new("covered");
+    let Some(screen) = Screen::start(&folder.0) else { return };
+    let (_server, address) = serve(&screen, &[]);
+    let id = screen.window();
+    let [x, y, w, h] = screen.place(&id);
+    let pixels = || screen.pixels(x, y, w, h);
+    let is_all = |color: [u8; 3]| pixels().iter().all(|pixel| *pixel == color).then_some(());
+    connect(&address).write_all(b"CLEAR 00ffff\n").expect("a command");
+    wait_for("one colour", || is_all([0, 255, 255]));
+    let (other, _) = serve(&screen, &[]);
+    wait_for("another window above it", || is_all([0, 255, 255]).is_none().then_some(()));
+    drop(other);
+    wait_for("the colour again", || is_all([0, 255, 255]));
+}

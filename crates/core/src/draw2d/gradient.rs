@@ -35,7 +35,7 @@ struct Divided<I> {
 }
 
 /// The exact colours of one triangle.
-struct Gradient<I> {
+struct Gradient<I: ExactInt> {
     /// Corners, clockwise on the screen, so that every weight of a covered pixel is positive.
     corners: Corners<I>,
     /// Colour of each corner, by channel.
@@ -44,6 +44,8 @@ struct Gradient<I> {
     area: I,
     /// D = 2 A.
     divisor: I,
+    /// 1 / D, as far as it saves divisions.
+    reciprocal: I::Reciprocal,
 }
 
 impl<I: ExactInt> Gradient<I> {
@@ -58,18 +60,21 @@ impl<I: ExactInt> Gradient<I> {
             Ordering::Less => ([a, c, b], [ca, cc, cb], I::from_i64(0).minus(&area)),
         };
         let divisor = area.plus(&area);
-        Some(Gradient { corners, colors, area, divisor })
+        let reciprocal = divisor.reciprocal();
+        Some(Gradient { corners, colors, area, divisor, reciprocal })
     }
 
     /// Returns V of each channel at the covered pixel (x, y): 1/2 <= V < 256.
+    ///
+    /// Inlined, with all that it calls: what a call leaves in memory word by word is read back as
+    /// vectors, which has to wait until all earlier stores are done, those of the row above included.
+    #[inline(always)]
     fn values(&self, x: i32, y: i32) -> [Divided<I>; 4] {
-        let centre = [x, y].map(|v| I::from_i64(i64::from(v) * 256 + 128));
-        let weights: [I; 3] = std::array::from_fn(|i| {
-            let (a, b) = (&self.corners[(i + 1) % 3], &self.corners[(i + 2) % 3]);
-            let across = b[0].minus(&a[0]).times(&centre[1].minus(&a[1]));
-            across.minus(&b[1].minus(&a[1]).times(&centre[0].minus(&a[0])))
-        });
-        self.mixed(&weights).map(|sum| self.divided(&sum.plus(&sum).plus(&self.area)))
+        let at = [I::from_i64(i64::from(x) * 256 + 128), I::from_i64(i64::from(y) * 256 + 128)];
+        let [a, b, c] = &self.corners;
+        let [r, g, b, a] = self.mixed(&[twice_area(b, c, &at), twice_area(c, a, &at), twice_area(a, b, &at)]);
+        let value = |sum: I| self.divided(&sum.plus(&sum).plus(&self.area));
+        [value(r), value(g), value(b), value(a)]
     }
 
     /// Returns the increment of V from a pixel to its right neighbour.
@@ -83,23 +88,35 @@ impl<I: ExactInt> Gradient<I> {
     }
 
     /// Returns sum c_i w_i for each channel.
+    #[inline(always)]
     fn mixed(&self, w: &[I; 3]) -> [I; 4] {
         let c = &self.colors;
-        std::array::from_fn(|k| c[0][k].times(&w[0]).plus(&c[1][k].times(&w[1])).plus(&c[2][k].times(&w[2])))
+        let sum = |k: usize| c[0][k].times(&w[0]).plus(&c[1][k].times(&w[1])).plus(&c[2][k].times(&w[2]));
+        [sum(0), sum(1), sum(2), sum(3)]
     }
 
     /// Divides a numerator by D.
+    #[inline(always)]
     fn divided(&self, n: &I) -> Divided<I> {
-        let (quotient, rest) = n.div_rem_floor(&self.divisor);
+        let (quotient, rest) = n.div_rem_by(&self.divisor, &self.reciprocal);
         // Beyond these bounds only if a pixel has no covered neighbour, and then the step is never
         // taken.
         Divided { quotient: quotient.clamp_i64(-512, 511), rest }
     }
 
     /// Returns a quotient in 8.56 fixed point, modulo 256, at most 2 ulp below the exact value.
+    #[inline(always)]
     fn fixed(&self, n: &Divided<I>) -> u64 {
-        ((n.quotient as u64) << FRACTION_BITS).wrapping_add(n.rest.fraction_56(&self.divisor))
+        ((n.quotient as u64) << FRACTION_BITS)
+            .wrapping_add(n.rest.fraction_56_by(&self.divisor, &self.reciprocal))
     }
+}
+
+/// Returns twice the area of the triangle of a, b and a point.
+#[inline(always)]
+fn twice_area<I: ExactInt>(a: &[I; 2], b: &[I; 2], at: &[I; 2]) -> I {
+    let across = b[0].minus(&a[0]).times(&at[1].minus(&a[1]));
+    across.minus(&b[1].minus(&a[1]).times(&at[0].minus(&a[0])))
 }
 
 /// Paints the triangle of `corners` (in 1/256 pixel), with a colour for each.
@@ -115,7 +132,8 @@ pub(super) fn gradient<I: ExactInt>(
     let largest_divisor = exact.divisor.clamp_i64(0, i64::MAX) as u64;
     scan_triangle(corners, frame(memory), |y, xs| {
         let start = exact.values(xs.start, y);
-        let value = start.each_ref().map(|n| exact.fixed(n));
+        let [r, g, b, a] = &start;
+        let value = [exact.fixed(r), exact.fixed(g), exact.fixed(b), exact.fixed(a)];
         let ramp = ColorRamp::new(value, step, 2, xs.len() as u32, largest_divisor);
         let row = Row { exact: &exact, start, growth: &growth, ramp };
         let run = run_mut(memory, y, xs);
@@ -129,7 +147,7 @@ pub(super) fn gradient<I: ExactInt>(
 }
 
 /// Colours of one span of pixels.
-struct Row<'a, I> {
+struct Row<'a, I: ExactInt> {
     exact: &'a Gradient<I>,
     /// V at the first pixel.
     start: [Divided<I>; 4],
@@ -138,7 +156,9 @@ struct Row<'a, I> {
 }
 
 impl<I: ExactInt> Row<'_, I> {
-    /// Calls `put` with each pixel of the span and its colour.
+    /// Calls `put` with each pixel of the span and its colour. Inlined, so that the ramp stays in
+    /// registers ([`Gradient::values`] says why).
+    #[inline(always)]
     fn paint(&self, run: &mut [Rgba], put: impl Fn(&mut Rgba, Rgba)) {
         if self.ramp.may_be_doubtful() {
             return self.paint_in_parts(run, put);
@@ -151,6 +171,7 @@ impl<I: ExactInt> Row<'_, I> {
     }
 
     /// Paints the span in parts, split where a nearly constant channel changes its value.
+    #[inline(never)]
     fn paint_in_parts(&self, run: &mut [Rgba], put: impl Fn(&mut Rgba, Rgba)) {
         let levels: [Option<TwoValueRun>; 4] = std::array::from_fn(|k| self.level(k, run.len()));
         let mut ends = levels.map(|l| l.map_or(run.len(), |l| l.end));

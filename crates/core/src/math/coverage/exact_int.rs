@@ -34,15 +34,63 @@ pub(crate) trait ExactInt: Clone + Ord {
     /// Returns r / d in 0.56 fixed point for 0 <= r < d: less than 2 ulp below the exact value,
     /// never above it.
     fn fraction_56(&self, d: &Self) -> u64;
+    /// What [`ExactInt::div_rem_by`] and [`ExactInt::fraction_56_by`] know of a divisor beforehand.
+    type Reciprocal;
+    /// Returns it for a divisor above 0.
+    fn reciprocal(&self) -> Self::Reciprocal;
+    /// Returns the result of [`ExactInt::div_rem_floor`].
+    fn div_rem_by(&self, d: &Self, _: &Self::Reciprocal) -> (Self, Self) {
+        self.div_rem_floor(d)
+    }
+    /// Returns a number as [`ExactInt::fraction_56`] does, within the same bounds.
+    fn fraction_56_by(&self, d: &Self, _: &Self::Reciprocal) -> u64 {
+        self.fraction_56(d)
+    }
     /// Compares self + steps * step with count * unit, for a difference of the two of at most a few
     /// units and factors below 2^32.
     fn compare_stepped(&self, steps: i64, step: &Self, count: i64, unit: &Self) -> Ordering;
 }
 
+/// 1 / d in fixed point, for divisions by multiplication: floor(2^(56 + k) / d), which is at most 2^57,
+/// for d of k bits.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reciprocal64 {
+    inverse: u64,
+    bits: u32,
+}
+
+impl Reciprocal64 {
+    fn of(d: i64) -> Self {
+        let bits = i64::BITS - d.leading_zeros();
+        Reciprocal64 { inverse: ((1u128 << (56 + bits)) / d.max(1) as u128) as u64, bits }
+    }
+
+    /// Returns quotient and remainder of n / d.
+    #[inline]
+    fn div_rem(self, n: i64, d: i64) -> (i64, i64) {
+        // Its quotient would be too large for the inverse's digits.
+        if n < 0 || n >> self.bits.min(55) >> 8 != 0 {
+            return (n.div_euclid(d), n.rem_euclid(d));
+        }
+        // n is below 2^(8 + k): the product is at most n / 2^(56 + k) < 1 too small, and the quotient 1.
+        let quotient = (u128::from(n as u64) * u128::from(self.inverse) >> (56 + self.bits)) as i64;
+        let rest = n - quotient * d;
+        if rest >= d { (quotient + 1, rest - d) } else { (quotient, rest) }
+    }
+
+    /// Returns r / d in 0.56 fixed point, for 0 <= r < d.
+    #[inline]
+    fn fraction_56(self, r: i64) -> u64 {
+        // r / 2^k < 1 is lost because the inverse is rounded, and less than 1 by the shift.
+        (u128::from(r as u64) * u128::from(self.inverse) >> self.bits) as u64
+    }
+}
+
 macro_rules! machine_int {
-    ($int:ty) => {
+    ($int:ty, $($reciprocal:tt)*) => {
         impl ExactInt for $int {
             type Walk = EdgeWalk<$int>;
+            $($reciprocal)*
             #[inline]
             fn from_i64(v: i64) -> Self {
                 v.into()
@@ -98,11 +146,29 @@ macro_rules! machine_int {
     };
 }
 
-machine_int!(i64);
-machine_int!(i128);
+machine_int! { i64,
+    type Reciprocal = Reciprocal64;
+    fn reciprocal(&self) -> Reciprocal64 {
+        Reciprocal64::of(*self)
+    }
+    #[inline]
+    fn div_rem_by(&self, d: &i64, reciprocal: &Reciprocal64) -> (i64, i64) {
+        reciprocal.div_rem(*self, *d)
+    }
+    #[inline]
+    fn fraction_56_by(&self, _: &i64, reciprocal: &Reciprocal64) -> u64 {
+        reciprocal.fraction_56(*self)
+    }
+}
+machine_int! { i128,
+    type Reciprocal = ();
+    fn reciprocal(&self) {}
+}
 
 impl ExactInt for BigInt {
     type Walk = FarEdgeWalk;
+    type Reciprocal = ();
+    fn reciprocal(&self) {}
     fn from_i64(v: i64) -> Self {
         v.into()
     }
@@ -268,12 +334,28 @@ mod tests {
                 }
                 if let (Ok(r), Ok(d)) = (i64::try_from(&r), i64::try_from(&d)) {
                     assert_eq!(BigInt::from(r.fraction_56(&d)), exact);
+                    assert!(low(r.fraction_56_by(&d, &d.reciprocal())), "{bits} {r} {d}");
                 }
             }
         }
     }
 
     proptest! {
+        #[test]
+        fn reciprocals_divide_as_divisions_do(
+            d in 1i64.., n: i64, d_bits in 0u32..63, n_bits in 0u32..63, near in -2i64..3, factor in 0i64..256,
+        ) {
+            let d = (d >> d_bits).max(1);
+            let reciprocal = d.reciprocal();
+            // Numbers of all sizes, and those next to multiples.
+            for n in [n >> n_bits, d.checked_mul(factor).unwrap_or(0).saturating_add(near), i64::MAX, i64::MIN + 1] {
+                let (q, r) = n.div_rem_floor(&d);
+                prop_assert_eq!(n.div_rem_by(&d, &reciprocal), (q, r));
+                let (exact, fraction) = (r.fraction_56(&d), r.fraction_56_by(&d, &reciprocal));
+                prop_assert!(fraction <= exact && exact - fraction <= 1, "{} of {}: {} and {}", r, d, fraction, exact);
+            }
+        }
+
         #[test]
         fn stepped_comparisons_are_those_of_plain_arithmetic(
             unit in 1i64..1 << 40, rest in 0.0..1.0f64, step in 0.0..1.0f64, steps in 0i64..40_000, off in -1i64..=1, shift in 0u32..2000,
