@@ -56,6 +56,7 @@ pub(crate) use avx2::with_pairs;
 pub use crt::{CrtColumns, ONE, STRIPES, crt_row};
 pub use fill::fill_pixels;
 pub use level::{Kernel, Level};
+pub(crate) use level::{LongKernel, long_kernel};
 pub use pixels::{Pixels, unpack, widen};
 pub use portable::Portable;
 pub use scanout::{scan_out, word};

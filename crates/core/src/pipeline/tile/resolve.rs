@@ -16,7 +16,7 @@ use super::texture_queue::{QUEUE_CAPACITY, TextureQueue};
 use super::tile_buffers::{EXACT_FACE_BIT, ID_STRIDE, NO_FACE, Tile};
 use crate::math::coverage::PixelRect;
 use crate::memory::{NOT_PICKED, PickCells, STRIP_CELL};
-use crate::simd::{I32, Kernel, Mask, Simd};
+use crate::simd::{I32, Kernel, Mask, Simd, long_kernel};
 
 /// Shades the visible pixels of a tile.
 pub struct ResolveKernel<'a, 'b, 'c> {
@@ -45,6 +45,8 @@ struct CachedFace<'a, S: Simd> {
 /// Columns and rows that are shaded together: four blocks of 4x4 pixels, so that each face needs
 /// few vectors.
 pub(super) const STRIP: [i32; 2] = [STRIP_CELL as i32, 4];
+
+long_kernel!(ResolveKernel<'_, '_, '_>);
 
 impl Kernel for ResolveKernel<'_, '_, '_> {
     type Output = ();

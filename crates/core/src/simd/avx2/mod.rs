@@ -27,16 +27,16 @@ pub struct Avx2(());
 // features.
 unsafe impl Evidence for Avx2 {}
 
-/// The entries of a kernel at this level, in the kernel's unit of code
-/// ([`RunAvx512`](super::avx512::RunAvx512) says why).
-pub trait RunAvx2: Kernel + Sized {
+/// The entries of a kernel at this level, methods of the type that their unit of code is chosen by
+/// ([`LongKernel`](super::LongKernel) says how).
+pub trait RunAvx2 {
     /// Runs the kernel compiled for AVX2.
     ///
     /// # Safety
     /// The CPU must have these features.
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-    unsafe fn run_avx2(self) -> Self::Output {
-        self.run(Avx2(()))
+    unsafe fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run(Avx2(()))
     }
 
     /// Runs the kernel compiled for AVX2, over pairs of its vectors.
@@ -44,12 +44,12 @@ pub trait RunAvx2: Kernel + Sized {
     /// # Safety
     /// The CPU must have these features.
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-    unsafe fn run_paired(self) -> Self::Output {
-        self.run(Paired(Avx2(())))
+    unsafe fn run_paired<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run(Paired(Avx2(())))
     }
 }
 
-impl<K: Kernel> RunAvx2 for K {}
+impl<U> RunAvx2 for U {}
 
 impl Simd for Avx2 {
     const LANES: usize = 8;

@@ -20,21 +20,20 @@ pub struct Avx512(());
 // SAFETY: only `run_avx512` makes the token, and its callers make sure of the features.
 unsafe impl Evidence for Avx512 {}
 
-/// The entry of a kernel at this level. It is a method of the kernel's type, so that the compiler
-/// puts the code into the unit of the module that defines the kernel: an edit of one kernel compiles
-/// no other.
-pub trait RunAvx512: Kernel + Sized {
+/// The entry of a kernel at this level, a method of the type that its unit of code is chosen by
+/// ([`LongKernel`](super::LongKernel) says how).
+pub trait RunAvx512 {
     /// Runs the kernel compiled for AVX-512.
     ///
     /// # Safety
     /// The CPU must have AVX-512 F, BW, DQ, VL and CD (and with them AVX2).
     #[target_feature(enable = "avx2,avx512f,avx512bw,avx512dq,avx512vl,avx512cd,bmi1,bmi2,lzcnt,popcnt")]
-    unsafe fn run_avx512(self) -> Self::Output {
-        self.run(Avx512(()))
+    unsafe fn run_avx512<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run(Avx512(()))
     }
 }
 
-impl<K: Kernel> RunAvx512 for K {}
+impl<U> RunAvx512 for U {}
 
 impl Simd for Avx512 {
     const LANES: usize = 16;
