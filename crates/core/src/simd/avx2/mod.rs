@@ -9,7 +9,7 @@ use super::avx_records::record_methods;
 use super::pair::Paired;
 use super::spill::Spill;
 use super::x86::{Evidence, registers, whole_vector_methods};
-use super::{F32, Kernel, Mask, Simd};
+use super::{F32, Kernel, Mask, Part, Simd};
 use instructions::*;
 use lanes::{F, I, M};
 use records::{COMPRESS, check, index_or_0, packed, pixel_pairs, repeats, rows_of_four, transposed, upwards};
@@ -51,6 +51,22 @@ pub trait RunAvx2 {
 
 impl<U> RunAvx2 for U {}
 
+/// The entry of kernels' parts at this level, a method of the token of the level or of its pairs: each
+/// has its own unit of code.
+trait CallAvx2: Simd {
+    /// Runs a part compiled for AVX2.
+    ///
+    /// # Safety
+    /// The CPU must have these features.
+    #[inline(never)]
+    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+    unsafe fn call_avx2<P: Part<Self>>(self, part: P) -> P::Output {
+        part.run(self)
+    }
+}
+
+impl<S: Simd> CallAvx2 for S {}
+
 impl Simd for Avx2 {
     const LANES: usize = 8;
     type F = F;
@@ -60,6 +76,11 @@ impl Simd for Avx2 {
     whole_vector_methods!();
     record_methods!();
 
+    #[inline(always)]
+    fn call<S: Simd, P: Part<S>>(self, s: S, part: P) -> P::Output {
+        // SAFETY: the contract of `Evidence`.
+        unsafe { s.call_avx2(part) }
+    }
     #[inline(always)]
     fn iota(self) -> I {
         registers!(self => I(_mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7)))

@@ -7,7 +7,7 @@ mod records;
 use super::avx_records::record_methods;
 use super::spill::Spill;
 use super::x86::{Evidence, registers, whole_vector_methods};
-use super::{F32, Kernel, Simd};
+use super::{F32, Kernel, Part, Simd};
 use instructions::*;
 use lanes::{F, I, M};
 use records::{check, index_or_0, pixel_pairs, rows_of_four, transposed};
@@ -35,6 +35,21 @@ pub trait RunAvx512 {
 
 impl<U> RunAvx512 for U {}
 
+/// The entry of kernels' parts at this level, a method of its token.
+trait CallAvx512: Simd {
+    /// Runs a part compiled for AVX-512.
+    ///
+    /// # Safety
+    /// The CPU must have these features.
+    #[inline(never)]
+    #[target_feature(enable = "avx2,avx512f,avx512bw,avx512dq,avx512vl,avx512cd,bmi1,bmi2,lzcnt,popcnt")]
+    unsafe fn call_avx512<P: Part<Self>>(self, part: P) -> P::Output {
+        part.run(self)
+    }
+}
+
+impl<S: Simd> CallAvx512 for S {}
+
 impl Simd for Avx512 {
     const LANES: usize = 16;
     type F = F;
@@ -44,6 +59,11 @@ impl Simd for Avx512 {
     whole_vector_methods!();
     record_methods!();
 
+    #[inline(always)]
+    fn call<S: Simd, P: Part<S>>(self, s: S, part: P) -> P::Output {
+        // SAFETY: the contract of `Evidence`.
+        unsafe { s.call_avx512(part) }
+    }
     #[inline(always)]
     fn iota(self) -> I {
         registers!(self => I(_mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)))
