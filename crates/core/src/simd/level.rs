@@ -187,3 +187,41 @@ const PORTABLE: super::Portable<4> = super::Portable;
 
 /// True where the level NEON is compiled.
 const HAS_NEON: bool = cfg!(all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"));
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Part, Portable, pair::Paired};
+    use super::*;
+
+    /// The squares of the lanes' numbers, by a part of the kernel.
+    struct Squares;
+
+    impl Kernel for Squares {
+        type Output = Vec<i32>;
+        #[inline(always)]
+        fn run<S: Simd>(self, s: S) -> Vec<i32> {
+            s.call(s, self)
+        }
+    }
+
+    impl<S: Simd> Part<S> for Squares {
+        type Output = Vec<i32>;
+        #[inline(always)]
+        fn run(self, s: S) -> Vec<i32> {
+            let mut squares = vec![0; S::LANES];
+            s.store_i(s.iota() * s.iota(), &mut squares);
+            squares
+        }
+    }
+
+    #[test]
+    fn a_part_has_its_kernels_vectors() {
+        let truth = Kernel::run(Squares, Portable::<16>);
+        assert_eq!(truth[15], 225);
+        assert_eq!(Kernel::run(Squares, Paired(Portable::<8>)), truth);
+        for level in Level::ALL {
+            let squares = level.dispatch(Squares);
+            assert_eq!(squares, truth[..squares.len()], "{level:?}");
+        }
+    }
+}
