@@ -56,6 +56,7 @@ pub(crate) use avx2::with_pairs;
 pub use crt::{CrtColumns, ONE, STRIPES, crt_row};
 pub use fill::fill_pixels;
 pub use level::{Kernel, Level};
+pub(crate) use level::{LongKernel, long_kernel};
 pub use pixels::{Pixels, unpack, widen};
 pub use portable::Portable;
 pub use scanout::{scan_out, word};
@@ -131,6 +132,16 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
     }
 }
 
+/// Part of a kernel that [`Simd::call`] keeps out of line. What the compiler needs for a kernel grows
+/// faster than the kernel: parts that are called seldom, or from several places, spare most of it.
+/// Mark `run` `#[inline(always)]`, as that of kernels.
+pub trait Part<S: Simd> {
+    /// Result of [`run`](Part::run).
+    type Output;
+    /// Runs the part with the token of its kernel.
+    fn run(self, s: S) -> Self::Output;
+}
+
 /// Token of a level: creates, loads and stores its vectors.
 ///
 /// Slices are checked: one that is too short panics, as indexing does.
@@ -144,6 +155,11 @@ pub trait Simd: Copy + 'static {
     /// Vector of booleans.
     type M: Mask;
 
+    /// Runs a part of a kernel, at this level or over its vectors' pairs, as a function of its own.
+    #[inline(always)]
+    fn call<S: Simd, P: Part<S>>(self, s: S, part: P) -> P::Output {
+        part.run(s)
+    }
     /// Returns `v` in every lane.
     fn splat(self, v: f32) -> Self::F;
     /// Returns `v` in every lane.

@@ -4,7 +4,7 @@
 //! instruction by instruction, take little longer than one. In: the operations of a level. Out:
 //! those of twice its lanes. Promise: a lane's bits are those of the level.
 
-use super::{F32, I32, Mask, Simd};
+use super::{F32, I32, Mask, Part, Simd};
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 /// Token of the pairs of a level's vectors.
@@ -179,6 +179,10 @@ impl<S: Simd> Simd for Paired<S> {
     type I = Pair<S::I>;
     type M = PairMask<S>;
 
+    #[inline(always)]
+    fn call<T: Simd, P: Part<T>>(self, s: T, part: P) -> P::Output {
+        self.0.call(s, part)
+    }
     #[inline(always)]
     fn splat(self, v: f32) -> Self::F {
         Pair(self.0.splat(v), self.0.splat(v))

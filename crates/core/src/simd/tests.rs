@@ -225,6 +225,17 @@ impl Kernel for AllOperations {
     }
 }
 
+/// Units of the levels of kernels that pairs are tried with.
+mod all_operations {
+    crate::simd::long_kernel!(super::AllOperations);
+}
+mod outside {
+    crate::simd::long_kernel!(super::Outside);
+}
+mod inside {
+    crate::simd::long_kernel!(super::Inside);
+}
+
 fn odd_float() -> impl Strategy<Value = f32> {
     let special =
         [0.0, -0.0, 1.0, -0.5, 0.99999994, 8388607.5, -8388608.5, 2147483648.0, -2147483648.0, 1e-40];

@@ -16,7 +16,7 @@ use super::texture_queue::{QUEUE_CAPACITY, TextureQueue};
 use super::tile_buffers::{EXACT_FACE_BIT, ID_STRIDE, NO_FACE, Tile};
 use crate::math::coverage::PixelRect;
 use crate::memory::{NOT_PICKED, PickCells, STRIP_CELL};
-use crate::simd::{I32, Kernel, Mask, Simd};
+use crate::simd::{I32, Kernel, Mask, Part, Simd, long_kernel};
 
 /// Shades the visible pixels of a tile.
 pub struct ResolveKernel<'a, 'b, 'c> {
@@ -45,6 +45,8 @@ struct CachedFace<'a, S: Simd> {
 /// Columns and rows that are shaded together: four blocks of 4x4 pixels, so that each face needs
 /// few vectors.
 pub(super) const STRIP: [i32; 2] = [STRIP_CELL as i32, 4];
+
+long_kernel!(ResolveKernel<'_, '_, '_>);
 
 impl Kernel for ResolveKernel<'_, '_, '_> {
     type Output = ();
@@ -81,7 +83,7 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
             y += STRIP[1];
         }
         if let Some(queue) = &mut queue {
-            self.drain_queue(s, queue);
+            s.call(s, DrainQueue { kernel: &mut self, queue });
         }
         let rows = (self.reach.y0 - y0) as usize..(self.reach.y1 - y0) as usize;
         let columns = (self.reach.x0 - x0) as usize..(self.reach.x1 - x0) as usize;
@@ -239,7 +241,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             place.sample_coord = shader.sample_coord(s, mask, texture, inputs);
             queue.count += 1;
             if queue.count == QUEUE_CAPACITY {
-                self.drain_queue(s, queue);
+                s.call(s, DrainQueue { kernel: self, queue });
             }
         } else {
             let color = shader.finish(s, &lit);
@@ -350,7 +352,8 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             }
             let mut plain = same;
             if let Some(exact_face) = cached.exact_face {
-                let (color, needs_f64) = self.faces.exact_face(s, same, exact_face, x, y);
+                let part = ShadeExactFace { faces: &self.faces, mask: same, exact_face, at: [x, y] };
+                let (color, needs_f64) = s.call(s, part);
                 s.store_masked_bytes(same & !needs_f64, color, &mut self.bytes[at..at + S::LANES * 4]);
                 plain = same & needs_f64;
             }
@@ -361,6 +364,38 @@ impl<'a> ResolveKernel<'a, '_, '_> {
                 self.plain_pixel(id, x + lane, y);
             }
         }
+    }
+}
+
+/// Draining the queue of a kernel, from two places.
+struct DrainQueue<'k, 'a, 'b, 'c, S: Simd> {
+    kernel: &'k mut ResolveKernel<'a, 'b, 'c>,
+    queue: &'k mut TextureQueue<S>,
+}
+
+impl<S: Simd> Part<S> for DrainQueue<'_, '_, '_, '_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self, s: S) {
+        self.kernel.drain_queue(s, self.queue);
+    }
+}
+
+/// Shading a vector of pixels of one face that was set up in f64: seldom, and all that shades once more.
+struct ShadeExactFace<'k, 'a, S: Simd> {
+    faces: &'k Faces<'a>,
+    mask: S::M,
+    exact_face: &'k ExactFace,
+    at: [i32; 2],
+}
+
+impl<S: Simd> Part<S> for ShadeExactFace<'_, '_, S> {
+    type Output = (S::I, S::M);
+
+    #[inline(always)]
+    fn run(self, s: S) -> (S::I, S::M) {
+        self.faces.exact_face(s, self.mask, self.exact_face, self.at[0], self.at[1])
     }
 }
 

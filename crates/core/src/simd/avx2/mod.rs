@@ -9,7 +9,7 @@ use super::avx_records::record_methods;
 use super::pair::Paired;
 use super::spill::Spill;
 use super::x86::{Evidence, registers, whole_vector_methods};
-use super::{F32, Kernel, Mask, Simd};
+use super::{F32, Kernel, Mask, Part, Simd};
 use instructions::*;
 use lanes::{F, I, M};
 use records::{COMPRESS, check, index_or_0, packed, pixel_pairs, repeats, rows_of_four, transposed, upwards};
@@ -27,16 +27,16 @@ pub struct Avx2(());
 // features.
 unsafe impl Evidence for Avx2 {}
 
-/// The entries of a kernel at this level, in the kernel's unit of code
-/// ([`RunAvx512`](super::avx512::RunAvx512) says why).
-pub trait RunAvx2: Kernel + Sized {
+/// The entries of a kernel at this level, methods of the type that their unit of code is chosen by
+/// ([`LongKernel`](super::LongKernel) says how).
+pub trait RunAvx2 {
     /// Runs the kernel compiled for AVX2.
     ///
     /// # Safety
     /// The CPU must have these features.
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-    unsafe fn run_avx2(self) -> Self::Output {
-        self.run(Avx2(()))
+    unsafe fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run(Avx2(()))
     }
 
     /// Runs the kernel compiled for AVX2, over pairs of its vectors.
@@ -44,12 +44,28 @@ pub trait RunAvx2: Kernel + Sized {
     /// # Safety
     /// The CPU must have these features.
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-    unsafe fn run_paired(self) -> Self::Output {
-        self.run(Paired(Avx2(())))
+    unsafe fn run_paired<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run(Paired(Avx2(())))
     }
 }
 
-impl<K: Kernel> RunAvx2 for K {}
+impl<U> RunAvx2 for U {}
+
+/// The entry of kernels' parts at this level, a method of the token of the level or of its pairs: each
+/// has its own unit of code.
+trait CallAvx2: Simd {
+    /// Runs a part compiled for AVX2.
+    ///
+    /// # Safety
+    /// The CPU must have these features.
+    #[inline(never)]
+    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+    unsafe fn call_avx2<P: Part<Self>>(self, part: P) -> P::Output {
+        part.run(self)
+    }
+}
+
+impl<S: Simd> CallAvx2 for S {}
 
 impl Simd for Avx2 {
     const LANES: usize = 8;
@@ -60,6 +76,11 @@ impl Simd for Avx2 {
     whole_vector_methods!();
     record_methods!();
 
+    #[inline(always)]
+    fn call<S: Simd, P: Part<S>>(self, s: S, part: P) -> P::Output {
+        // SAFETY: the contract of `Evidence`.
+        unsafe { s.call_avx2(part) }
+    }
     #[inline(always)]
     fn iota(self) -> I {
         registers!(self => I(_mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7)))

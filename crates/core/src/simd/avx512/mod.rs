@@ -7,7 +7,7 @@ mod records;
 use super::avx_records::record_methods;
 use super::spill::Spill;
 use super::x86::{Evidence, registers, whole_vector_methods};
-use super::{F32, Kernel, Simd};
+use super::{F32, Kernel, Part, Simd};
 use instructions::*;
 use lanes::{F, I, M};
 use records::{check, index_or_0, pixel_pairs, rows_of_four, transposed};
@@ -20,21 +20,35 @@ pub struct Avx512(());
 // SAFETY: only `run_avx512` makes the token, and its callers make sure of the features.
 unsafe impl Evidence for Avx512 {}
 
-/// The entry of a kernel at this level. It is a method of the kernel's type, so that the compiler
-/// puts the code into the unit of the module that defines the kernel: an edit of one kernel compiles
-/// no other.
-pub trait RunAvx512: Kernel + Sized {
+/// The entry of a kernel at this level, a method of the type that its unit of code is chosen by
+/// ([`LongKernel`](super::LongKernel) says how).
+pub trait RunAvx512 {
     /// Runs the kernel compiled for AVX-512.
     ///
     /// # Safety
     /// The CPU must have AVX-512 F, BW, DQ, VL and CD (and with them AVX2).
     #[target_feature(enable = "avx2,avx512f,avx512bw,avx512dq,avx512vl,avx512cd,bmi1,bmi2,lzcnt,popcnt")]
-    unsafe fn run_avx512(self) -> Self::Output {
-        self.run(Avx512(()))
+    unsafe fn run_avx512<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run(Avx512(()))
     }
 }
 
-impl<K: Kernel> RunAvx512 for K {}
+impl<U> RunAvx512 for U {}
+
+/// The entry of kernels' parts at this level, a method of its token.
+trait CallAvx512: Simd {
+    /// Runs a part compiled for AVX-512.
+    ///
+    /// # Safety
+    /// The CPU must have these features.
+    #[inline(never)]
+    #[target_feature(enable = "avx2,avx512f,avx512bw,avx512dq,avx512vl,avx512cd,bmi1,bmi2,lzcnt,popcnt")]
+    unsafe fn call_avx512<P: Part<Self>>(self, part: P) -> P::Output {
+        part.run(self)
+    }
+}
+
+impl<S: Simd> CallAvx512 for S {}
 
 impl Simd for Avx512 {
     const LANES: usize = 16;
@@ -45,6 +59,11 @@ impl Simd for Avx512 {
     whole_vector_methods!();
     record_methods!();
 
+    #[inline(always)]
+    fn call<S: Simd, P: Part<S>>(self, s: S, part: P) -> P::Output {
+        // SAFETY: the contract of `Evidence`.
+        unsafe { s.call_avx512(part) }
+    }
     #[inline(always)]
     fn iota(self) -> I {
         registers!(self => I(_mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)))
