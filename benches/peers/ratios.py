@@ -17,7 +17,7 @@ RATIO = re.compile(r"^(\d+\.?\d*) \((\d+\.?\d*) to (\d+\.?\d*)\)$")
 WIDTH, LEFT, RIGHT, ROW, TOP = 960, 330, 24, 20, 56
 LEAST, MOST = 0.5, 48.0
 GROUPS = [
-    ("Two dimensions", 0, "#2ec4b6", "beside the fastest of Skia, SDL and Pillow"),
+    ("Two dimensions", 0, "#2ec4b6", "beside the fastest of five others"),
     ("Three dimensions", 0, "#ffb000", "beside llvmpipe, AVX-512"),
     ("Three dimensions", 1, "#5b8cff", "beside llvmpipe, AVX2"),
 ]
