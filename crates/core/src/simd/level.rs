@@ -156,6 +156,10 @@ impl Level {
 
     /// Runs `kernel` by the entries of a type for each level.
     #[inline]
+    #[cfg_attr(
+        not(all(target_arch = "x86_64", any(test, feature = "avx"), not(narrow_vectors))),
+        allow(clippy::extra_unused_type_parameters, reason = "there is one level alone")
+    )]
     fn dispatch_in<K: Kernel, Portable, Avx2, Avx512>(self, kernel: K) -> K::Output {
         #[cfg(all(target_arch = "x86_64", any(test, feature = "avx"), not(narrow_vectors)))]
         {

@@ -390,7 +390,7 @@ mod tests {
         assert_ne!(view.redraw([480, 320]).expect("the welcome").words, plain);
         assert_eq!(view.frame.bytes, memory.bytes(), "nothing of it is in the frame");
         view.key(Key::F1, true);
-        view.redraw([480, 320]).expect("the welcome and the keys").words;
+        view.redraw([480, 320]).expect("the welcome and the keys");
         view.key(Key::F1, false);
         view.key(Key::F1, true);
         memory.put_pixel(3, 3, [0, 0, 200, 255]);

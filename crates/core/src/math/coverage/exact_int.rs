@@ -73,7 +73,7 @@ impl Reciprocal64 {
             return (n.div_euclid(d), n.rem_euclid(d));
         }
         // n is below 2^(8 + k): the product is at most n / 2^(56 + k) < 1 too small, and the quotient 1.
-        let quotient = (u128::from(n as u64) * u128::from(self.inverse) >> (56 + self.bits)) as i64;
+        let quotient = ((u128::from(n as u64) * u128::from(self.inverse)) >> (56 + self.bits)) as i64;
         let rest = n - quotient * d;
         if rest >= d { (quotient + 1, rest - d) } else { (quotient, rest) }
     }
@@ -82,7 +82,7 @@ impl Reciprocal64 {
     #[inline]
     fn fraction_56(self, r: i64) -> u64 {
         // r / 2^k < 1 is lost because the inverse is rounded, and less than 1 by the shift.
-        (u128::from(r as u64) * u128::from(self.inverse) >> self.bits) as u64
+        ((u128::from(r as u64) * u128::from(self.inverse)) >> self.bits) as u64
     }
 }
 
