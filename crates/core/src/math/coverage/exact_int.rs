@@ -34,7 +34,7 @@ pub(crate) trait ExactInt: Clone + Ord {
     /// Returns r / d in 0.56 fixed point for 0 <= r < d: less than 2 ulp below the exact value,
     /// never above it.
     fn fraction_56(&self, d: &Self) -> u64;
-    /// What [`ExactInt::div_rem_by`] and [`ExactInt::fraction_56_by`] know of a divisor beforehand.
+    /// Numbers of a divisor that save [`ExactInt::div_rem_by`] and [`ExactInt::fraction_56_by`] divisions.
     type Reciprocal;
     /// Returns it for a divisor above 0.
     fn reciprocal(&self) -> Self::Reciprocal;
