@@ -144,7 +144,9 @@ fn a_steady_scene_asks_for_no_memory() {
     assert_eq!(calls_of_boxes(RenderOptions::default(), 400, 50), 0, "on one thread");
     let pool = counted_pool(2);
     let options = RenderOptions { pool: Some(Arc::new(pool)), ..RenderOptions::default() };
-    // Rayon's injector queue allocates a block for every 63 jobs from threads outside the pool.
+    // Rayon's injector queue allocates a block for every 63 jobs from threads outside the pool, and a
+    // thread's lists grow where it gets more of the work than in any frame before. One call a frame
+    // would be 50.
     let calls = calls_of_boxes(options, 400, 50);
-    assert!(calls <= 2, "{calls} calls in 50 frames of two threads");
+    assert!(calls <= 8, "{calls} calls in 50 frames of two threads");
 }
