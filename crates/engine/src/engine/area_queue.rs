@@ -18,8 +18,9 @@ use fbptr_core::error::Fault;
 use fbptr_core::memory::Rgba;
 use std::ops::Range;
 
-/// Bytes of a band: a part of the second-level cache of common processors.
-const BAND_BYTES: usize = 256 << 10;
+/// Bytes of a band: a part of the second-level cache of common processors. In tests, whose frames are
+/// small, a few rows.
+const BAND_BYTES: usize = if cfg!(test) { 8 << 10 } else { 256 << 10 };
 
 /// Estimated nanoseconds of an area from which it begins to wait: it touches enough memory that its
 /// windows of rows cost less than they save. That is so for rectangles, and for discs that are blended
@@ -77,7 +78,7 @@ impl QueuedArea {
 }
 
 impl Engine {
-    /// Draws areas in their order, and empties the list. Returns those that met a defect of the server.
+    /// Draws areas in their order. Returns the faults of those that met a defect of the server.
     pub(crate) fn draw_areas(
         &mut self,
         s: &mut Session,

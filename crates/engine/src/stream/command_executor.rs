@@ -194,7 +194,7 @@ impl<'a> CommandExecutor<'a> {
             self.draw_lines();
         }
         if !self.engine.areas.is_empty() {
-            // A defect that ends the stream is found again with the next command.
+            // Like a queued draw that is refused, one that met a defect does not hold up what comes next.
             let _ = self.draw_areas();
         }
         self.draw_queued();
