@@ -9,10 +9,11 @@
 use crate::errors;
 use crate::items::{self, Colour};
 use crate::slots::{Form, Slot, SlotKind};
-use fbptr::command::{Command, Encoding, parse_color};
+use fbptr::command::{Command, Encoding, Rect, parse_color};
 use fbptr::error::Code;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyString, PyTuple};
+use pyo3::pybacked::PyBackedBytes;
+use pyo3::types::{PyBool, PyBytes, PyDict, PyString, PyTuple};
 use std::collections::VecDeque;
 
 /// Further names of slots, by which keyword arguments may give them.
@@ -39,7 +40,30 @@ const COLOUR_NAMES: &[&str] = &["color", "colour", "colors", "colours"];
 /// A command's line without its payload's length, and its payload.
 pub struct Words {
     pub line: String,
-    pub payload: Option<Vec<u8>>,
+    pub payload: Option<Payload>,
+}
+
+/// Bytes of a payload.
+pub enum Payload {
+    /// Those of an object that cannot change, not copied.
+    Shared(PyBackedBytes),
+    /// A copy.
+    Own(Vec<u8>),
+}
+
+impl Words {
+    /// Returns the rectangle and the bytes of a `BLIT` of bytes that cannot change, which need not be
+    /// copied to be drawn; `None` for anything else, and for arguments that are refused.
+    pub fn shared_picture(&self, form: &Form) -> Option<(Rect, &[u8])> {
+        let Some(Payload::Shared(bytes)) = &self.payload else { return None };
+        let rect = self.line.strip_prefix("BLIT ").filter(|_| form.verb.name == "BLIT")?;
+        match Command::parse(format!("READ {rect}").as_bytes(), None) {
+            Ok(Command::Read { rect }) if rect.w >= 0 && rect.h >= 0 => {
+                (bytes.len() as u64 == rect.w as u64 * rect.h as u64 * 4).then_some((rect, bytes))
+            }
+            _ => None,
+        }
+    }
 }
 
 /// Arguments of one call.
@@ -80,8 +104,12 @@ pub fn words<'py>(
 /// Returns the command of a call.
 pub fn command(py: Python<'_>, form: &Form, words: Words) -> PyResult<Command> {
     let verb = form.verb.name;
+    let payload = words.payload.map(|payload| match payload {
+        Payload::Shared(bytes) => bytes.to_vec(),
+        Payload::Own(bytes) => bytes,
+    });
     if form.verb.encoding == Encoding::Text {
-        return Command::parse(words.line.as_bytes(), words.payload)
+        return Command::parse(words.line.as_bytes(), payload)
             .map_err(|error| errors::of_fault(py, 0, verb, &(&error).into()));
     }
     let mut found = words.line.split(' ').skip(1);
@@ -98,7 +126,7 @@ pub fn command(py: Python<'_>, form: &Form, words: Words) -> PyResult<Command> {
         word.parse::<u16>().map_err(|_| expected())
     };
     let (x, y) = (short("x")?, short("y")?);
-    match words.payload {
+    match payload {
         Some(rgba) => Ok(Command::PixelRun { x, y, rgba }),
         None => {
             let word = found.next().unwrap_or("");
@@ -319,7 +347,7 @@ impl<'py> Given<'py> {
             SlotKind::Hex => match item.cast::<PyString>() {
                 Ok(text) => self.push_checked(text.to_str()?, slot),
                 Err(_) => {
-                    let bytes = self.payload(item)?;
+                    let bytes = self.bytes(item)?;
                     let digits: String = bytes.iter().map(|b| format!("{b:02x}")).collect();
                     self.push(&digits);
                     Ok(())
@@ -346,7 +374,14 @@ impl<'py> Given<'py> {
         }
     }
 
-    fn payload(&self, item: &Bound<'py, PyAny>) -> PyResult<Vec<u8>> {
+    fn payload(&self, item: &Bound<'py, PyAny>) -> PyResult<Payload> {
+        match item.cast::<PyBytes>() {
+            Ok(bytes) => Ok(Payload::Shared(bytes.clone().into())),
+            Err(_) => self.bytes(item).map(Payload::Own),
+        }
+    }
+
+    fn bytes(&self, item: &Bound<'py, PyAny>) -> PyResult<Vec<u8>> {
         let message = || format!("expected bytes, text or an array of bytes, got {}", shown(item));
         items::bytes(item).ok_or_else(|| self.wrong(Code::Args, message()))
     }

@@ -171,6 +171,14 @@ impl Framebuffer {
     ) -> PyResult<Option<Bound<'py, PyBytes>>> {
         let form = forms().get(index).ok_or_else(|| PyIndexError::new_err("no such verb"))?;
         let words = arguments::words(py, form, args, kwargs)?;
+        if let Some((rect, rgba)) = words.shared_picture(form) {
+            let ran = self.shared.with(py, length_of(form), |state| {
+                let mut out = Output::default();
+                let _ = state.stream.blit(&mut state.engine, rect, rgba, &mut out, Budget::NONE);
+                (out, false)
+            })?;
+            return answer(py, ran);
+        }
         let mut command = Some(arguments::command(py, form, words)?);
         let ran = self.shared.with(py, length_of(form), |state| {
             let mut out = Output::default();

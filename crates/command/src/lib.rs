@@ -41,7 +41,7 @@ pub use commands::{
 };
 #[doc(hidden)]
 pub use decoder::BYTE_ORDER_MARK;
-pub use decoder::{Decoder, EndOfInput, Limits};
+pub use decoder::{Decoder, EndOfInput, LentPayload, Limits};
 pub use encode::{EncodeError, MAX_LINE_BYTES, encode};
 pub use fbptr_core::memory::{color_names, parse_color, parse_light_color};
 #[doc(hidden)]

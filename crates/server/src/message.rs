@@ -7,7 +7,7 @@
 use super::buffer_pool::PooledBuffer;
 use super::reply_queue::ReplyQueue;
 use crossbeam_channel::Sender;
-use fbptr_command::{Command, EndOfInput};
+use fbptr_command::{Command, EndOfInput, LentPayload};
 use fbptr_core::error::Fault;
 use fbptr_core::input::InputEvent;
 use fbptr_engine::engine::{Engine, JobResult};
@@ -83,6 +83,8 @@ pub(crate) enum Message {
     Open(Id, Box<OpenConnection>),
     /// Bytes of a connection.
     Bytes(Id, Batch),
+    /// A payload that was lent, with all bytes that its input has.
+    Payload(Id, LentPayload),
     /// The end of a connection's input.
     End(Id, EndOfInput),
     /// The connection's inbox has typed commands.
@@ -107,6 +109,7 @@ impl fmt::Debug for Message {
         match self {
             Message::Open(id, _) => write!(f, "Open({id})"),
             Message::Bytes(id, batch) => write!(f, "Bytes({id}, {})", batch.filled),
+            Message::Payload(id, payload) => write!(f, "Payload({id}, {} missing)", payload.missing()),
             Message::End(id, end) => write!(f, "End({id}, {end:?})"),
             Message::Mail(id) => write!(f, "Mail({id})"),
             Message::Room(id) => write!(f, "Room({id})"),
@@ -143,9 +146,10 @@ pub(crate) enum ConnectionSource {
 
 /// Receiver of a connection's finished batches. Dropping it ends the connection.
 pub(crate) trait Release: Send {
-    /// Returns a batch; `payload_left` is the number of bytes that the connection's current payload
-    /// still lacks.
-    fn put(&self, batch: Batch, payload_left: usize);
+    /// Returns a batch, or what was read into a payload if it is `None`. `payload_left` is the number of
+    /// bytes that the connection's current payload still lacks; if the transport reads large payloads
+    /// itself, and nothing of this one is on its way, it asks `lend` for it.
+    fn put(&self, batch: Option<Batch>, payload_left: usize, lend: &mut dyn FnMut() -> Option<LentPayload>);
 }
 
 /// The render thread's handle on a transport.

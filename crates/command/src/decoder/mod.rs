@@ -17,12 +17,14 @@
 
 mod asks;
 mod framing;
+mod lent_payload;
 mod line;
 mod payload;
 mod single;
 #[cfg(test)]
 mod tests;
 
+pub use lent_payload::LentPayload;
 #[doc(hidden)]
 pub use line::BYTE_ORDER_MARK;
 pub(super) use line::PayloadLength;
@@ -69,6 +71,8 @@ enum DecoderState {
     Head,
     /// In the payload of `command`; `Decoder::payload` holds what has arrived.
     Collect { command: Command, length: usize },
+    /// The payload's buffer, of which `held` bytes were filled, is lent: see [`Decoder::lend_payload`].
+    Lent { command: Command, length: usize, held: usize },
     /// In bytes to be discarded. `subject` is the command that announced them, `None` after an
     /// overlong line, where their absence is not reported.
     Skip { left: u64, subject: Option<Subject> },
@@ -170,6 +174,7 @@ impl Decoder {
     pub fn missing_bytes(&self) -> usize {
         match self.state {
             DecoderState::Collect { length, .. } => length - self.payload.len(),
+            DecoderState::Lent { length, held, .. } => length - held,
             _ => 0,
         }
     }
@@ -194,7 +199,8 @@ impl Decoder {
         self.paused = false;
         while !bytes.is_empty() && !self.paused {
             let used = match self.state {
-                DecoderState::Closed => break,
+                // What was read before the lent buffer is back is not its continuation.
+                DecoderState::Closed | DecoderState::Lent { .. } => break,
                 DecoderState::Head if self.head.is_empty() => self.read_complete(bytes, sink),
                 DecoderState::Head => self.read_head(bytes, sink),
                 DecoderState::Collect { .. } => self.read_payload(bytes, sink),
@@ -203,11 +209,7 @@ impl Decoder {
             };
             bytes = &bytes[used..];
         }
-        let flow = match self.flow() {
-            Flow::Continue if self.paused => Flow::Pause,
-            flow => flow,
-        };
-        (all - bytes.len(), flow)
+        (all - bytes.len(), self.flow())
     }
 
     /// Ends the stream and reports what is incomplete. Further calls do nothing.
@@ -239,6 +241,9 @@ impl Decoder {
                 let missing = (length - self.payload.len()) as u64;
                 self.unfinished(binary_or_text(command.verb().as_bytes()), missing, sink)
             }
+            DecoderState::Lent { command, length, held } => {
+                self.unfinished(binary_or_text(command.verb().as_bytes()), (length - held) as u64, sink)
+            }
             DecoderState::Skip { left, subject: Some(subject) } => self.unfinished(subject, left, sink),
             DecoderState::Skip { subject: None, .. } | DecoderState::Head | DecoderState::LongLine(_) => {
                 Flow::Continue
@@ -255,9 +260,13 @@ impl Decoder {
         sink.error(StreamError::new(self.start, subject, parse_error))
     }
 
-    /// Returns `Stop` if the stream is closed, otherwise `Continue`.
+    /// Returns `Stop` if the stream is closed, `Pause` if the sink has asked for that in this call.
     fn flow(&self) -> Flow {
-        if matches!(self.state, DecoderState::Closed) { Flow::Stop } else { Flow::Continue }
+        match self.state {
+            DecoderState::Closed => Flow::Stop,
+            _ if self.paused => Flow::Pause,
+            _ => Flow::Continue,
+        }
     }
 
     /// Applies the sink's answer: pauses this call, or closes the stream.

@@ -74,7 +74,14 @@ impl Decoder {
         }
         self.pass(taken);
         self.payload.extend_from_slice(taken);
-        if self.payload.len() == length
+        self.end_payload(sink);
+        taken.len()
+    }
+
+    /// Runs the command whose payload is being collected if it is complete.
+    pub(super) fn end_payload(&mut self, sink: &mut impl Sink) {
+        if let DecoderState::Collect { length, .. } = self.state
+            && self.payload.len() == length
             && let DecoderState::Collect { command, .. } =
                 std::mem::replace(&mut self.state, DecoderState::Head)
         {
@@ -83,12 +90,11 @@ impl Decoder {
             self.put_away_payload();
             self.obey(flow);
         }
-        taken.len()
     }
 
     /// Moves to a buffer for the whole payload: a used one from the pool, or a new one, in huge
     /// pages where they help. The system maps no more pages of a new one than are written.
-    fn make_large_room(&mut self, length: usize) -> Result<(), TryReserveError> {
+    pub(super) fn make_large_room(&mut self, length: usize) -> Result<(), TryReserveError> {
         let mut room = self.pool.as_ref().and_then(|pool| pool.take(length)).unwrap_or_default();
         self.warm_bytes = room.capacity();
         if room.capacity() < length {
@@ -103,7 +109,7 @@ impl Decoder {
     /// Reserves memory for the first `filled` bytes of a payload of `length` bytes. The system maps
     /// no more of a new large buffer than is written, so that is reserved in steps; a used buffer
     /// is reserved in full.
-    fn reserve_payload(&mut self, filled: usize, length: usize) -> Result<(), OverBudget> {
+    pub(super) fn reserve_payload(&mut self, filled: usize, length: usize) -> Result<(), OverBudget> {
         let held = match &mut self.payload_held {
             Some(held) if held.bytes() >= filled.max(self.warm_bytes) as u64 => return Ok(()),
             Some(held) => held,

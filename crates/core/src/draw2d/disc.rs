@@ -18,22 +18,37 @@ use std::ops::Range;
 ///
 /// The cost is that of the visible rows and pixels. Numbers that are not finite draw nothing. A
 /// negative radius is an error.
+#[inline]
 pub fn fill_circle(
     memory: &mut VideoMemory,
-    centre: [f64; 2],
+    [cx, cy]: [f64; 2],
     r: f64,
     color: Rgba,
     blend: Blend,
+) -> Result<(), DrawError> {
+    fill_disc(memory, cx, cy, r, (color, blend))
+}
+
+/// Fills a disc. Its numbers arrive in registers: an array that the caller has just stored number by
+/// number would be read as one vector, for which the processor waits until all earlier stores, pixels
+/// among them, are in the cache.
+#[inline(never)]
+fn fill_disc(
+    memory: &mut VideoMemory,
+    cx: f64,
+    cy: f64,
+    r: f64,
+    (color, blend): (Rgba, Blend),
 ) -> Result<(), DrawError> {
     if r < 0.0 {
         return Err(DrawError::NegativeRadius { r: r.into() });
     }
     let Some(paint) = Paint::new(color, blend) else { return Ok(()) };
-    if !(centre[0].is_finite() && centre[1].is_finite() && r.is_finite()) {
+    if !(cx.is_finite() && cy.is_finite() && r.is_finite()) {
         return Ok(());
     }
     let clip = frame(memory);
-    let disc = Disc::new(centre, r);
+    let disc = Disc::new([cx, cy], r);
     paint_rows(memory, paint, disc.rows(clip.y0..clip.y1), |y| disc.row(y, clip.x0..clip.x1));
     Ok(())
 }

@@ -120,12 +120,35 @@ fn draw_cell(memory: &mut VideoMemory, [x, y]: [i32; 2], scale: i32, character: 
         if inked == 0 {
             continue;
         }
-        for (column, pixel) in xs.clone().zip(run_mut(memory, row, xs.clone())) {
-            if inked & 0x80 >> ((column - x) / scale) != 0 {
-                paint.one(pixel);
-            }
+        let pixels = run_mut(memory, row, xs.clone());
+        match scale {
+            1 => draw_row(pixels, inked << (xs.start - x), paint),
+            _ => draw_scaled_row(pixels, inked, [x - xs.start, scale], paint),
         }
         memory.mark_row(row as u32);
+    }
+}
+
+/// Draws a row of a glyph: a pixel for each bit of `inked`, the highest first, as far as there are
+/// pixels.
+#[inline]
+fn draw_row(pixels: &mut [Rgba], inked: u8, paint: Paint) {
+    let mut left = inked;
+    while left != 0 {
+        let column = left.leading_zeros();
+        let Some(pixel) = pixels.get_mut(column as usize) else { return };
+        paint.one(pixel);
+        left &= !(0x80 >> column);
+    }
+}
+
+/// Draws a row of a glyph whose pixels are `scale` columns wide; `start` is the index of the first of
+/// them in `pixels`, which may be negative.
+fn draw_scaled_row(pixels: &mut [Rgba], inked: u8, [start, scale]: [i32; 2], paint: Paint) {
+    let most = pixels.len() as i32;
+    for column in (0..CELL as i32).filter(|column| inked & 0x80 >> column != 0) {
+        let [from, to] = [column, column + 1].map(|column| (start + column * scale).clamp(0, most) as usize);
+        paint.run(&mut pixels[from..to]);
     }
 }
 

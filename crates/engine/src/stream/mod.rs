@@ -12,8 +12,8 @@ use super::engine::{Job, JobResult};
 use super::{Audience, Engine, Session};
 use command_executor::CommandExecutor;
 use fbptr_command::{
-    BYTE_ORDER_MARK, Command, Decoder, EndOfInput, Limits as StreamLimits, Sink, StreamPosition, Verb,
-    format_play_error, format_play_fault,
+    BYTE_ORDER_MARK, Command, Decoder, EndOfInput, Flow, LentPayload, Limits as StreamLimits, Rect, Sink,
+    StreamPosition, Verb, format_play_error, format_play_fault,
 };
 use fbptr_core::error::Fault;
 use std::time::Duration;
@@ -232,10 +232,42 @@ impl Stream {
             Pace::OneCommand => &bytes[..1],
             Pace::OneFrame | Pace::Free => bytes,
         };
+        self.decode(engine, out, budget, |decoder, executor| decoder.feed_some(part, executor))
+    }
+
+    /// Lends the buffer of the payload that is being received, if there is one and memory for all of
+    /// it: see [`Decoder::lend_payload`].
+    pub fn lend_payload(&mut self) -> Option<LentPayload> {
+        self.decoder.lend_payload()
+    }
+
+    /// Takes a lent payload back, and runs its command if it is complete. Returns the number of bytes
+    /// that were read, and the state.
+    pub fn take_back(
+        &mut self,
+        engine: &mut Engine,
+        payload: LentPayload,
+        out: &mut Output,
+        budget: Budget,
+    ) -> (usize, StreamState) {
+        let taken =
+            self.decode(engine, out, budget, |decoder, executor| decoder.take_back(payload, executor));
+        self.session.stats.bytes = self.decoder.place().byte;
+        taken
+    }
+
+    /// Runs the commands that `decode` completes.
+    fn decode(
+        &mut self,
+        engine: &mut Engine,
+        out: &mut Output,
+        budget: Budget,
+        decode: impl FnOnce(&mut Decoder, &mut CommandExecutor<'_>) -> (usize, Flow),
+    ) -> (usize, StreamState) {
         let before = self.session.stats.commands;
         let mut executor = CommandExecutor::new(engine, &mut self.session, out, budget);
         executor.batches = budget.pace == Pace::Free && !budget.only_asks;
-        let (taken, flow) = self.decoder.feed_some(part, &mut executor);
+        let (taken, flow) = decode(&mut self.decoder, &mut executor);
         executor.flush();
         let mut state = executor.state_after(flow);
         self.suspended = executor.suspended.take();
@@ -289,7 +321,7 @@ impl Stream {
         out: &mut Output,
         budget: Budget,
     ) -> StreamState {
-        let place = StreamPosition { line: self.session.stats.commands + 1, byte: 0 };
+        let place = self.place_of_next();
         let checked = command.validate();
         let mut executor = CommandExecutor::new(engine, &mut self.session, out, budget);
         let flow = match checked {
@@ -303,6 +335,26 @@ impl Stream {
         let state = executor.state_after(flow);
         self.suspended = executor.suspended.take();
         state
+    }
+
+    /// Runs `BLIT` with bytes that somebody else holds, as [`Stream::run`] does.
+    pub fn blit(
+        &mut self,
+        engine: &mut Engine,
+        rect: Rect,
+        rgba: &[u8],
+        out: &mut Output,
+        budget: Budget,
+    ) -> StreamState {
+        let place = self.place_of_next();
+        let mut executor = CommandExecutor::new(engine, &mut self.session, out, budget);
+        let flow = executor.blit(rect, rgba, place);
+        executor.state_after(flow)
+    }
+
+    /// Returns the position of the next typed command: typed commands are counted as lines.
+    fn place_of_next(&self) -> StreamPosition {
+        StreamPosition { line: self.session.stats.commands + 1, byte: 0 }
     }
 }
 

@@ -13,7 +13,7 @@ use crate::reply_queue::ReplyQueue;
 use crate::sniff::{Foreign, Sniffer, Verdict};
 use crate::{Budget, Engine, Notice, Output, Stream, StreamState};
 use crossbeam_channel::Sender;
-use fbptr_command::EndOfInput;
+use fbptr_command::{EndOfInput, LentPayload};
 use fbptr_core::error::Fault;
 use fbptr_core::input::InputEvent;
 use fbptr_engine::engine::JobResult;
@@ -43,6 +43,7 @@ enum Work {
         batch: Batch,
         at: usize,
     },
+    Payload(LentPayload),
     Item(Item),
     /// The rest of the command that was suspended; runs before everything else.
     Resume(Resume),
@@ -153,6 +154,11 @@ impl Connection {
         self.work.push_back(Work::Bytes { batch, at: 0 });
     }
 
+    pub fn add_payload(&mut self, payload: LentPayload) {
+        self.activity.has_received = true;
+        self.work.push_back(Work::Payload(payload));
+    }
+
     /// Returns the pooled buffers of work that must wait longer than until the next slice: all of
     /// them if the connection waits for something, or if its slice ended within a batch. Returns
     /// whether it can run and has queued work without a pooled buffer.
@@ -216,7 +222,8 @@ impl Connection {
     /// Returns whether its next slice is expected to be short, by its queued bytes and its last
     /// slice.
     pub fn is_interactive(&self) -> bool {
-        self.queued_bytes <= INTERACTIVE_BYTES && self.last_slice <= INTERACTIVE_TIME
+        let is_large = matches!(self.work.front(), Some(Work::Payload(_)));
+        !is_large && self.queued_bytes <= INTERACTIVE_BYTES && self.last_slice <= INTERACTIVE_TIME
     }
 
     /// Returns whether everything received has run.
@@ -288,6 +295,12 @@ impl Connection {
             }
             let state = match work {
                 Work::Bytes { batch, at } => self.run_bytes(engine, batch, at, &mut left, budget, out),
+                Work::Payload(payload) => {
+                    let (used, state) = self.stream.take_back(engine, payload, out, budget);
+                    left -= left.min(used);
+                    self.give_back(None);
+                    state
+                }
                 Work::Item(item) => {
                     left -= left.min(64);
                     self.run_item(engine, item, out, budget)
@@ -327,7 +340,7 @@ impl Connection {
             // A pooled batch is run in one slice: otherwise the rest of it would have to be copied.
             Work::Bytes { batch, at: 0 } => batch.pooled.is_some() && left < bytes.min(batch.filled),
             Work::Bytes { .. } => false,
-            Work::Resume(_) | Work::End(_) => self.is_held,
+            Work::Payload(_) | Work::Resume(_) | Work::End(_) => self.is_held,
             Work::Item(item) => self.is_held && !item.only_asks(),
         }
     }
@@ -352,7 +365,7 @@ impl Connection {
             None | Some(Verdict::Undecided) => {}
             Some(Verdict::Ours) => self.sniffer = None,
             Some(Verdict::Foreign(foreign)) => {
-                self.give_back(batch);
+                self.give_back(Some(batch));
                 return self.refuse_foreign(foreign, engine, out);
             }
         }
@@ -364,7 +377,7 @@ impl Connection {
         self.queued_bytes -= used as u64;
         match at + used < batch.filled && state != StreamState::Ended {
             true => self.work.push_front(Work::Bytes { batch, at: at + used }),
-            false => self.give_back(batch),
+            false => self.give_back(Some(batch)),
         }
         state
     }
@@ -490,9 +503,11 @@ impl Connection {
         }
     }
 
-    fn give_back(&self, batch: Batch) {
+    /// Returns a batch, or notes that what was read into a payload has run.
+    fn give_back(&mut self, batch: Option<Batch>) {
         if let ConnectionSource::Stream { recycle, .. } = &self.source {
-            recycle.put(batch, self.stream.missing_bytes());
+            let (missing, stream) = (self.stream.missing_bytes(), &mut self.stream);
+            recycle.put(batch, missing, &mut || stream.lend_payload());
         }
     }
 

@@ -178,6 +178,7 @@ impl Scheduler {
                 self.connections.insert(id, connection);
             }
             Message::Bytes(id, batch) => self.receive_bytes(id, batch),
+            Message::Payload(id, payload) => self.with(id, |c| c.add_payload(payload)),
             Message::End(id, end) => self.with(id, |c| c.add_end(end)),
             Message::Mail(id) => self.with(id, Connection::add_mail),
             Message::Room(id) => self.with(id, Connection::note_room),

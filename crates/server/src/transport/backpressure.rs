@@ -1,6 +1,7 @@
 //! Backpressure: counts the batches of one connection that are in flight to the render thread, and
 //! decides when the connection may be read again.
 
+use fbptr_command::LentPayload;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -38,6 +39,11 @@ pub(super) struct Backpressure {
     pub is_over: bool,
     /// Set when the end of the input has been read.
     pub is_at_end: bool,
+    /// Of a connection with a thread of its own: the large payload that it is to read, whether it reads
+    /// a batch, and whether the current payload is read in batches because it was not lent.
+    lent: Option<LentPayload>,
+    is_reading: bool,
+    is_refused: bool,
 }
 
 impl Backpressure {
@@ -62,8 +68,32 @@ impl Backpressure {
         self.in_flight() < most || self.is_over
     }
 
+    /// Returns whether a connection with a thread of its own may read a batch, and notes that it does:
+    /// not within a large payload before it is lent or refused.
+    pub fn may_begin_read(&mut self) -> bool {
+        let waits = self.payload_left >= LARGE_BYTES && !self.is_refused && !self.is_over;
+        self.is_reading = !waits && self.may_read(false);
+        self.is_reading
+    }
+
+    /// Asks `lend` for the large payload that the connection is within, if there is one, and no part of
+    /// it is on its way.
+    pub fn borrow(&mut self, lend: &mut dyn FnMut() -> Option<LentPayload>) {
+        let is_due = self.payload_left >= LARGE_BYTES && self.in_flight.is_empty();
+        if is_due && !self.is_reading && !self.is_refused {
+            self.lent = lend();
+            self.is_refused = self.lent.is_none();
+        }
+    }
+
+    /// Takes the payload that was lent.
+    pub fn take_lent(&mut self) -> Option<LentPayload> {
+        self.lent.take()
+    }
+
     /// Notes that a batch was read.
     pub fn on_read(&mut self, bytes: usize) {
+        self.is_reading = false;
         self.in_flight.push_back(bytes);
         self.payload_left = self.payload_left.saturating_sub(bytes);
     }
@@ -76,6 +106,7 @@ impl Backpressure {
         let is_large = payload_left >= LARGE_BYTES || self.payload_left > 0;
         let read: usize = self.in_flight.iter().sum();
         self.payload_left = if is_large { payload_left.saturating_sub(read) } else { 0 };
+        self.is_refused &= is_large;
         self.sends_small = !is_large && self.large_left == 0;
         self.large_left = if is_large { payload_left } else { self.large_left.saturating_sub(released) };
     }

@@ -32,7 +32,7 @@ pub(crate) use socket::{Replies, Socket, Stream};
 use super::message::{Batch, ConnectionSource, Id, Medium, Message, OpenConnection, Port, Release};
 use super::reply_queue::ReplyQueue;
 use crossbeam_channel::{Sender, bounded};
-use fbptr_command::EndOfInput;
+use fbptr_command::{EndOfInput, LentPayload};
 use fbptr_engine::session::Audience;
 use fbptr_engine::stream::Notice;
 use report::{Trouble, report};
@@ -160,9 +160,9 @@ pub(crate) fn serve_connection(link: &Link, endpoint: Endpoint) -> io::Result<()
 struct Recycle(poll::Return);
 
 impl Release for Recycle {
-    fn put(&self, batch: Batch, payload_left: usize) {
+    fn put(&self, batch: Option<Batch>, payload_left: usize, lend: &mut dyn FnMut() -> Option<LentPayload>) {
         drop(batch);
-        self.0.put(payload_left);
+        self.0.put(payload_left, lend);
     }
 }
 

@@ -31,7 +31,7 @@ use crate::admission::Slot;
 use crate::buffer_pool::{BufferPool, PooledBuffer};
 use crate::message::{Batch, Message};
 use crossbeam_channel::Sender;
-use fbptr_command::EndOfInput;
+use fbptr_command::{EndOfInput, LentPayload};
 use std::collections::HashMap;
 use std::fmt;
 use std::io::{self, ErrorKind};
@@ -97,10 +97,17 @@ impl Member for Arc<Registered> {
 }
 
 impl Registered {
-    /// Blocks until another batch may be read.
-    pub(super) fn wait_for_room(&self) {
+    /// Blocks until another batch may be read, and returns `None`, or until a payload was lent, which is
+    /// to be read next. For a connection with a thread of its own.
+    pub(super) fn wait_for_room(&self) -> Option<LentPayload> {
         let mut backpressure = lock(&self.backpressure);
-        while !backpressure.may_read(false) {
+        loop {
+            if let Some(payload) = backpressure.take_lent() {
+                return Some(payload);
+            }
+            if backpressure.may_begin_read() {
+                return None;
+            }
             backpressure = self.may_read.wait(backpressure).unwrap_or_else(PoisonError::into_inner);
         }
     }
@@ -224,10 +231,13 @@ impl Return {
     }
 
     /// Releases a batch; `payload_left` is the number of bytes that the current payload still
-    /// lacks.
-    pub fn put(&self, payload_left: usize) {
+    /// lacks. Asks `lend` for a large one if the connection has a thread of its own.
+    pub fn put(&self, payload_left: usize, lend: &mut dyn FnMut() -> Option<LentPayload>) {
         let mut backpressure = lock(&self.registered.backpressure);
         backpressure.on_release(payload_left);
+        if self.registered.socket.is_none() {
+            backpressure.borrow(lend);
+        }
         self.shared.note_payload(&self.registered, &backpressure);
         self.go_on(backpressure);
     }
