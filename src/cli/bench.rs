@@ -31,6 +31,9 @@ pub(super) struct Bench {
     /// Draw W1 to W5 and S1 to S7 in fog
     #[arg(long)]
     fog: bool,
+    /// Simulate W1 to W5 and S1 to S7 on these numbers of cores, from the time of each piece of a frame on one core
+    #[arg(long, value_name = "N,N..", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=1024))]
+    cores: Vec<u16>,
     /// One JSON object a line instead of a table
     #[arg(long)]
     json: bool,
@@ -96,6 +99,9 @@ impl Bench {
         if let Some(folder) = &self.export {
             return export(folder, &chosen, &figures, &options);
         }
+        if !self.cores.is_empty() {
+            return self.run_on_cores(&chosen, &options);
+        }
         if !self.json && !chosen.is_empty() {
             output::print(format!("{HEADER}\n"));
         }
@@ -115,6 +121,23 @@ impl Bench {
 }
 
 impl Bench {
+    /// Simulates the workloads of space on other numbers of cores.
+    fn run_on_cores(&self, chosen: &[Workload], options: &BenchOptions) -> Status {
+        let mut status = Status::Success;
+        let cores: Vec<usize> = self.cores.iter().map(|&n| n.into()).collect();
+        for &workload in chosen.iter().filter(|workload| workload.is_shared()) {
+            match bench::run_on_cores(workload, options, &cores) {
+                Ok(row) if self.json => output::print(row.json() + "\n"),
+                Ok(row) => output::print(format!("{row}\n")),
+                Err(refusal) => {
+                    say_as_program(refusal);
+                    status = Status::Failed;
+                }
+            }
+        }
+        status
+    }
+
     /// Runs the workloads of the plane, on one thread and on all unless a number is given.
     fn run_plane(&self, figures: &[PlaneWork], options: &BenchOptions) -> Status {
         let mut status = Status::Success;

@@ -19,10 +19,32 @@ pub use serial::{ThreadPool, join, prelude};
 
 use crate::cancel::CancelToken;
 use prelude::*;
+use std::fmt;
 use std::sync::Arc;
 
 /// A piece of work that may run on any thread.
 pub type Task<'a> = Box<dyn FnOnce() + Send + 'a>;
+
+/// Beginning or end of work that an executor splits into pieces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PieceEvent {
+    /// Pieces follow that may run in parallel; all of them end before the region does.
+    RegionBegins,
+    /// A piece begins on the thread that notes it.
+    PieceBegins,
+    /// The piece of this thread ends.
+    PieceEnds,
+    /// What follows runs on one thread.
+    RegionEnds,
+}
+
+/// Observer of the pieces, for measurements: it is called from each thread that runs one. A pool of one
+/// thread runs the pieces of a region in the order in which several threads divide them: by halves,
+/// the first half first.
+pub trait PieceObserver: fmt::Debug + Send + Sync {
+    /// Notes an event.
+    fn note(&self, event: PieceEvent);
+}
 
 /// Runs pieces of work, each once, in any order, possibly in parallel, until it is cancelled.
 #[derive(Clone, Debug, Default)]
@@ -30,23 +52,29 @@ pub struct Executor {
     /// Threads shared between renderers; `None` for the calling thread.
     pool: Option<Arc<ThreadPool>>,
     cancel: CancelToken,
+    observer: Option<Arc<dyn PieceObserver>>,
 }
 
 impl Executor {
     /// Creates an executor on the threads of `pool`, or on the calling thread.
     pub fn new(pool: Option<Arc<ThreadPool>>, cancel: CancelToken) -> Self {
-        Executor { pool, cancel }
+        Executor { pool, cancel, observer: None }
     }
 
     /// Creates an executor that is never cancelled, on the threads of `pool` or on the calling
     /// thread.
     pub fn of_pool(pool: Option<Arc<ThreadPool>>) -> Self {
-        Executor { pool, cancel: CancelToken::default() }
+        Executor { pool, ..Executor::default() }
+    }
+
+    /// Returns this executor with an observer of its pieces.
+    pub fn observed(self, observer: Option<Arc<dyn PieceObserver>>) -> Self {
+        Executor { observer, ..self }
     }
 
     /// Returns an executor on the calling thread, with this one's token.
     pub fn serial(&self) -> Self {
-        Executor { pool: None, cancel: self.cancel.clone() }
+        Executor { cancel: self.cancel.clone(), ..Executor::default() }
     }
 
     /// Returns the pool; `None` if the calling thread does the work.
@@ -78,20 +106,37 @@ impl Executor {
         }
     }
 
+    /// Runs work that is split into pieces, each of which calls [`piece`](Self::piece).
+    pub fn region<R>(&self, region: impl FnOnce() -> R) -> R {
+        self.noted([PieceEvent::RegionBegins, PieceEvent::RegionEnds], region)
+    }
+
+    /// Runs a piece of a region, unless the work is cancelled.
+    #[inline]
+    pub fn piece(&self, piece: impl FnOnce()) {
+        if !self.is_cancelled() {
+            self.noted([PieceEvent::PieceBegins, PieceEvent::PieceEnds], piece);
+        }
+    }
+
+    fn noted<R>(&self, [begins, ends]: [PieceEvent; 2], work: impl FnOnce() -> R) -> R {
+        let Some(observer) = &self.observer else { return work() };
+        observer.note(begins);
+        let result = work();
+        observer.note(ends);
+        result
+    }
+
     /// Calls `work` with the index and the items of each run of `size` items (the last may be
     /// shorter).
     pub fn chunks<T: Send>(&self, items: &mut [T], size: usize, work: impl Fn(usize, &mut [T]) + Sync) {
-        let work = |(i, run): (usize, &mut [T])| {
-            if !self.is_cancelled() {
-                work(i, run);
-            }
-        };
-        match &self.pool {
+        let work = |(i, run): (usize, &mut [T])| self.piece(|| work(i, run));
+        self.region(|| match &self.pool {
             Some(pool) if items.len() > size => pool.install(|| {
                 items.par_chunks_mut(size).with_max_len(1).enumerate().for_each(work);
             }),
             _ => items.chunks_mut(size).enumerate().for_each(work),
-        }
+        });
     }
 
     /// Like [`chunks`](Self::chunks), with runs of two slices of equal length.
@@ -102,33 +147,25 @@ impl Executor {
         size: usize,
         work: impl Fn(usize, &mut [T], &mut [T]) + Sync,
     ) {
-        let work = |(i, (a, b)): (usize, (&mut [T], &mut [T]))| {
-            if !self.is_cancelled() {
-                work(i, a, b);
-            }
-        };
-        match &self.pool {
+        let work = |(i, (a, b)): (usize, (&mut [T], &mut [T]))| self.piece(|| work(i, a, b));
+        self.region(|| match &self.pool {
             Some(pool) if a.len() > size => pool.install(|| {
                 let pairs = a.par_chunks_mut(size).zip(b.par_chunks_mut(size)).with_max_len(1);
                 pairs.enumerate().for_each(work);
             }),
             _ => a.chunks_mut(size).zip(b.chunks_mut(size)).enumerate().for_each(work),
-        }
+        });
     }
 
     /// Runs the tasks and returns when all have finished.
     pub fn tasks(&self, tasks: Vec<Task<'_>>) {
-        let work = &|task: Task<'_>| {
-            if !self.is_cancelled() {
-                task();
-            }
-        };
-        match &self.pool {
+        let work = &|task: Task<'_>| self.piece(task);
+        self.region(|| match &self.pool {
             Some(pool) => pool.scope(|scope| {
                 tasks.into_iter().for_each(|task| scope.spawn(move |_| work(task)));
             }),
             None => tasks.into_iter().for_each(work),
-        }
+        });
     }
 }
 
@@ -161,6 +198,29 @@ mod tests {
             let (mut a, mut b) = ([0; 11], [0; 11]);
             executor.pairs(&mut a, &mut b, 4, both);
             assert_eq!((a, b), (one, one));
+        }
+    }
+
+    /// Counts events by their kind, and the pieces that are open.
+    #[derive(Debug, Default)]
+    struct Counts(std::sync::Mutex<[usize; 4]>);
+
+    impl PieceObserver for Counts {
+        fn note(&self, event: PieceEvent) {
+            self.0.lock().unwrap()[event as usize] += 1;
+        }
+    }
+
+    #[test]
+    fn an_observer_is_told_of_each_region_and_each_piece() {
+        for pool in [None, pool(1), pool(3)] {
+            let counts = Arc::new(Counts::default());
+            let executor = Executor::of_pool(pool).observed(Some(counts.clone()));
+            executor.chunks(&mut [0; 11], 4, |_, _| {});
+            executor.pairs(&mut [0; 3], &mut [0; 3], 4, |_, _, _| {});
+            executor.tasks(vec![Box::new(|| {}), Box::new(|| {})]);
+            executor.serial().chunks(&mut [0; 11], 4, |_, _| {});
+            assert_eq!(*counts.0.lock().unwrap(), [3, 6, 6, 3]);
         }
     }
 

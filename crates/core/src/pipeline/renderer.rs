@@ -27,7 +27,7 @@ use super::tile_frontend::{DrawBatch, DrawContext, binding_bytes};
 use super::working::{Working, WorkingBytes, WorkingMemory};
 use super::worst_case::{ListLimits, SMALL_FACES, at_worst, small_at_worst};
 use crate::cancel::CancelToken;
-use crate::executor::{Executor, ThreadPool, prelude::*};
+use crate::executor::{Executor, PieceObserver, ThreadPool};
 use crate::memory::{MemoryBudget, OverBudget, Rgba, VideoMemory};
 use crate::scene::{Geometry, Scene, ShadeMode};
 use crate::simd::{Level, fill_pixels};
@@ -51,6 +51,14 @@ pub struct RenderOptions {
     pub cancel: CancelToken,
     /// Handle by which draws are preempted.
     pub preemption: Preemption,
+    /// Observer of the pieces of work that threads share.
+    pub observer: Option<Arc<dyn PieceObserver>>,
+}
+
+impl RenderOptions {
+    fn executor(&self) -> Executor {
+        Executor::new(self.pool.clone(), self.cancel.clone()).observed(self.observer.clone())
+    }
 }
 
 /// Draws meshes and scenes, and keeps working memory and geometry facts between draws.
@@ -84,7 +92,7 @@ const LARGE_SHARE: usize = 1 << 19;
 impl Renderer {
     /// Creates a renderer with empty caches.
     pub fn new(options: RenderOptions) -> Self {
-        let executor = Executor::new(options.pool.clone(), options.cancel.clone());
+        let executor = options.executor();
         Renderer { options, executor, ..Renderer::default() }
     }
 
@@ -98,7 +106,7 @@ impl Renderer {
             *self = Renderer::default();
             self.set_budget(&budget);
         }
-        self.executor = Executor::new(options.pool.clone(), options.cancel.clone());
+        self.executor = options.executor();
         self.options = options;
     }
 
@@ -211,13 +219,11 @@ impl Renderer {
 
     /// Fills the frame with `color`, on all threads if the frame is large enough.
     pub fn clear(&self, memory: &mut VideoMemory, color: Rgba) {
-        let Some(pool) = self.executor.pool() else { return memory.clear(color) };
         let pixels = memory.bytes_mut().as_chunks_mut::<4>().0;
-        let share = pixels.len().div_ceil(pool.current_num_threads());
-        if share < LARGE_SHARE {
+        if self.executor.pool().is_none() || pixels.len() < 2 * LARGE_SHARE {
             return memory.clear(color);
         }
-        pool.install(|| pixels.par_chunks_mut(share).for_each(|run| fill_pixels(run, color)));
+        self.executor.chunks(pixels, LARGE_SHARE, |_, run| fill_pixels(run, color));
         memory.mark_rows(0..memory.height());
     }
 

@@ -17,6 +17,7 @@
 //! [`PlaneWork`]s: streams through the engine.
 
 mod check;
+mod cores;
 mod export;
 mod flat;
 mod frame;
@@ -27,6 +28,7 @@ mod space;
 mod workload;
 
 pub use check::{Check, Refusal};
+pub use cores::{CoresRow, run_on_cores};
 pub use export::{ExportedFile, export};
 pub use plane::{PlaneOptions, PlaneRow, PlaneWork, plane_stream, plane_truth, run_plane};
 pub use row::{Row, ScalingFit, Twin};

@@ -94,6 +94,11 @@ impl Workload {
         }
     }
 
+    /// Returns whether threads share its frame: not that of W6 and W7, which one thread draws.
+    pub fn is_shared(self) -> bool {
+        !matches!(self, Workload::LinesLong | Workload::LinesShort | Workload::PutPixel)
+    }
+
     /// Returns the workloads with a name, or with a name's beginning up to a `_` (`W4` is three),
     /// in either case. `scenes` is all from S1 on. A built-in model of three dimensions is a workload
     /// by its name. An unknown name returns an empty list.

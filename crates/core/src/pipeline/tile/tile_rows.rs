@@ -132,7 +132,7 @@ pub(crate) fn for_each_tile_row(
         work(band, &mut buffers, &mut ids.0);
         IDS.set(Some(ids));
     };
-    share(executor, first..last + 1, buffers, &work);
+    executor.region(|| share(executor, first..last + 1, buffers, &work));
     (top as u32, bottom as u32)
 }
 
@@ -446,10 +446,7 @@ fn share(
     work: &(impl Fn(usize, TileRowBuffers<'_>) + Sync),
 ) {
     if bands.len() <= 1 {
-        if !executor.is_cancelled() {
-            work(bands.start, buffers);
-        }
-        return;
+        return executor.piece(|| work(bands.start, buffers));
     }
     let half = bands.len() / 2;
     let (above, below) = buffers.split(half);
