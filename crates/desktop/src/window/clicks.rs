@@ -11,8 +11,7 @@
 //! press. Without X or XInput 2.1 there are no raw events, and a press must last until the next
 //! frame. `tests/window/events.rs` detects presses that are lost or reported twice.
 
-use minifb::HasWindowHandle;
-use raw_window_handle::RawWindowHandle;
+use super::x_window::XWindow;
 use x11rb::connection::Connection;
 use x11rb::errors::ReplyError;
 use x11rb::protocol::Event;
@@ -75,14 +74,13 @@ pub(super) struct Clicks {
 impl Clicks {
     /// Starts tracking `window`; `None` without X or XInput 2.1.
     pub fn new(window: &minifb::Window) -> Option<Clicks> {
-        let RawWindowHandle::Xlib(handle) = window.window_handle().ok()?.as_raw() else { return None };
-        let window = Window::try_from(handle.window).ok()?;
-        let (connection, screen) = x11rb::connect(None).ok()?;
+        let place = XWindow::of(window).ok()?;
+        let root = place.screen()?.root;
+        let XWindow { connection, window, .. } = place;
         let version = connection.xinput_xi_query_version(2, 2).ok()?.reply().ok()?;
         if (version.major_version, version.minor_version) < (2, 1) {
             return None;
         }
-        let root = connection.setup().roots.get(screen)?.root;
         let mask = XIEventMask::RAW_BUTTON_PRESS | XIEventMask::RAW_BUTTON_RELEASE;
         let masks = [EventMask { deviceid: Device::ALL_MASTER.into(), mask: vec![mask] }];
         connection.xinput_xi_select_events(root, &masks).ok()?.check().ok()?;

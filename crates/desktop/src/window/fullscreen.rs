@@ -6,9 +6,8 @@
 //! without one, by moving and resizing the window. On native Wayland, Windows and macOS minifb
 //! gives no access to the window, so the request fails with a message.
 
-use minifb::{HasWindowHandle, Window};
-use raw_window_handle::RawWindowHandle;
-use x11rb::connection::Connection;
+use super::x_window::{Error, XWindow};
+use minifb::Window;
 use x11rb::protocol::xproto::{
     AtomEnum, ClientMessageEvent, ConfigureWindowAux, ConnectionExt, EventMask, Window as WindowId,
 };
@@ -28,18 +27,17 @@ impl Fullscreen {
     /// # Errors
     /// A message of one line if fullscreen is not available.
     pub fn toggle(&mut self, window: &Window) -> Result<(), String> {
+        let refused = |e: Error| format!("no fullscreen: {e}");
         let screen = match self.screen.take() {
             Some(screen) => screen,
-            None => RootWindow::of(window)?,
+            None => RootWindow::of(window).map_err(refused)?,
         };
         let screen = self.screen.insert(screen);
-        screen.set_fullscreen(!self.is_on).map_err(|e| format!("no fullscreen: {e}"))?;
+        screen.set_fullscreen(!self.is_on).map_err(refused)?;
         self.is_on = !self.is_on;
         Ok(())
     }
 }
-
-type Error = Box<dyn std::error::Error>;
 
 /// An X screen with the window on it.
 struct RootWindow {
@@ -52,15 +50,11 @@ struct RootWindow {
 }
 
 impl RootWindow {
-    fn of(window: &Window) -> Result<RootWindow, String> {
-        let window = match window.window_handle().map(|handle| handle.as_raw()) {
-            Ok(RawWindowHandle::Xlib(handle)) => u32::try_from(handle.window).ok(),
-            _ => None,
-        };
-        let window = window.ok_or("no fullscreen: only windows on X11 can have it")?;
-        let (connection, number) = x11rb::connect(None).map_err(|e| format!("no fullscreen: {e}"))?;
-        let screen = &connection.setup().roots[number];
+    fn of(window: &Window) -> Result<RootWindow, Error> {
+        let place = XWindow::of(window)?;
+        let screen = place.screen().ok_or("the window has no screen")?;
         let (root, size) = (screen.root, [screen.width_in_pixels.into(), screen.height_in_pixels.into()]);
+        let XWindow { connection, window, .. } = place;
         Ok(RootWindow { connection, root, size, window, before: None })
     }
 

@@ -35,6 +35,8 @@ mod status;
 mod upload;
 mod view;
 mod viewer;
+#[cfg(target_os = "linux")]
+mod x_window;
 
 pub use display_window::{Options, run};
 pub use frame_input::FrameInput;

@@ -7,8 +7,7 @@
 //! In: a window. Out: whether it is still there, asked before each use of it. Runs on the main
 //! thread and never blocks after its creation. Without X every window counts as present.
 
-use minifb::HasWindowHandle;
-use raw_window_handle::RawWindowHandle;
+use super::x_window::XWindow;
 use x11rb::connection::Connection;
 use x11rb::protocol::Event;
 use x11rb::protocol::xproto::{ChangeWindowAttributesAux, ConnectionExt as _, EventMask, Window};
@@ -46,9 +45,7 @@ impl Presence {
 }
 
 fn connect(window: &minifb::Window) -> Option<(RustConnection, Window)> {
-    let RawWindowHandle::Xlib(handle) = window.window_handle().ok()?.as_raw() else { return None };
-    let window = Window::try_from(handle.window).ok()?;
-    let (connection, _) = x11rb::connect(None).ok()?;
+    let XWindow { connection, window, .. } = XWindow::of(window).ok()?;
     let wanted = ChangeWindowAttributesAux::new().event_mask(EventMask::STRUCTURE_NOTIFY);
     connection.change_window_attributes(window, &wanted).ok()?.check().ok()?;
     connection.flush().ok()?;

@@ -10,8 +10,7 @@
 //! picture on the screen as minifb's. The server copies while the next frame is made; rows are not
 //! written before it has finished. What it reports as exposed is uploaded again. Runs on the main thread.
 
-use minifb::HasWindowHandle;
-use raw_window_handle::RawWindowHandle;
+use super::x_window::{Error, XWindow};
 use rustix::fs::{MemfdFlags, memfd_create};
 use std::fs::File;
 use std::ops::Range;
@@ -24,8 +23,6 @@ use x11rb::protocol::xproto::{
     Window,
 };
 use x11rb::rust_connection::RustConnection;
-
-type Error = Box<dyn std::error::Error>;
 
 /// Uploads to one window.
 pub(super) struct Upload(Option<SharedUpload>);
@@ -88,12 +85,7 @@ struct SharedPixels {
 
 impl SharedUpload {
     fn new(window: &minifb::Window) -> Result<SharedUpload, Error> {
-        let RawWindowHandle::Xlib(handle) = window.window_handle().map_err(|e| e.to_string())?.as_raw()
-        else {
-            return Err("no window of X".into());
-        };
-        let window = Window::try_from(handle.window)?;
-        let (connection, _) = x11rb::connect(None)?;
+        let XWindow { connection, window, .. } = XWindow::of(window)?;
         connection.extension_information(shm::X11_EXTENSION_NAME)?.ok_or("no MIT-SHM")?;
         let version = connection.shm_query_version()?.reply()?;
         if (version.major_version, version.minor_version) < (1, 2) {
