@@ -1,6 +1,8 @@
-// Makes the page of the playground: one file with its styles, scripts, examples and the engine, compressed by gzip.
+// Makes the page of the playground: one file with its styles, scripts, examples and the engine, compressed as
+// `page/unpack.js` reads it. Needs `xz`.
 //
 // Usage: node assemble.mjs MODULE.wasm OUT.html. The same input gives the same file.
+import { execFileSync } from "node:child_process";
 import { readFileSync, writeFileSync } from "node:fs";
 import { gzipSync } from "node:zlib";
 import { examples } from "./page/examples.mjs";
@@ -25,8 +27,12 @@ export function stripped(module) {
 const [source, out] = process.argv.slice(2);
 const part = (name) => readFileSync(new URL(`page/${name}`, import.meta.url), "utf8").trimEnd();
 const module = stripped(readFileSync(source));
-const packed = gzipSync(module, { level: 9 });
-const fill = { CSS: part("page.css"), WASM: packed.toString("base64"), ENGINE: part("engine.js"), WORKER: part("worker.js") };
+const filter = "--lzma1=preset=9e,dict=8MiB,nice=273,lc=4,lp=0,pb=0";
+const packed = execFileSync("xz", ["--format=raw", filter, "--stdout"], { input: module, maxBuffer: 2 ** 28 });
+const fill = {
+    CSS: part("page.css"), BYTES: String(module.length), WASM: packed.toString("base64"), UNPACK: part("unpack.js"),
+    ENGINE: part("engine.js"), WORKER: part("worker.js"),
+};
 fill.PAGE = part("page.js").replace("/*EXAMPLES*/[]", () => JSON.stringify(examples).replaceAll("<", "\\u003c"));
 const page = part("page.html").replace(/\/\*([A-Z]+)\*\//g, (_, name) => fill[name]) + "\n";
 writeFileSync(out, page);

@@ -3,13 +3,9 @@
 //
 // Usage: node check.mjs PAGE.html [STREAM.fbs ...]
 import { readFileSync } from "node:fs";
-import { gunzipSync } from "node:zlib";
+import { makeEngine, moduleOf } from "./module.mjs";
 
-const page = readFileSync(process.argv[2], "utf8");
-const packed = /<script id="wasm"[^>]*>([^<]*)</.exec(page)[1];
-const source = readFileSync(new URL("page/engine.js", import.meta.url), "utf8");
-const makeEngine = new Function(`${source}; return makeEngine;`)();
-const module = new WebAssembly.Module(gunzipSync(Buffer.from(packed, "base64")));
+const module = moduleOf(process.argv[2]);
 const imports = WebAssembly.Module.imports(module);
 if (imports.length > 0) throw new Error(`the module imports ${JSON.stringify(imports)}`);
 const engine = makeEngine(new WebAssembly.Instance(module).exports);

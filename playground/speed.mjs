@@ -2,12 +2,9 @@
 //
 // Usage: node speed.mjs PAGE.html STREAM.fbs
 import { readFileSync } from "node:fs";
-import { gunzipSync } from "node:zlib";
+import { makeEngine, moduleOf } from "./module.mjs";
 
-const packed = /<script id="wasm"[^>]*>([^<]*)</.exec(readFileSync(process.argv[2], "utf8"))[1];
-const makeEngine = new Function(`${readFileSync(new URL("page/engine.js", import.meta.url), "utf8")}; return makeEngine;`)();
-const instance = new WebAssembly.Instance(new WebAssembly.Module(gunzipSync(Buffer.from(packed, "base64"))));
-const engine = makeEngine(instance.exports);
+const engine = makeEngine(new WebAssembly.Instance(moduleOf(process.argv[2])).exports);
 engine.load(readFileSync(process.argv[3]));
 const times = [];
 for (;;) {

@@ -14,11 +14,6 @@ function ask(task, more = {}) {
         worker.postMessage({ id, task, ...more });
     });
 }
-async function unpacked() {
-    const packed = Uint8Array.from(atob($("wasm").textContent.trim()), (c) => c.charCodeAt(0));
-    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-    return new Uint8Array(await new Response(stream).arrayBuffer());
-}
 async function open() {
     const source = new Blob([$("worker").textContent], { type: "text/javascript" });
     worker = new Worker(URL.createObjectURL(source));
@@ -27,7 +22,8 @@ async function open() {
         pending.delete(data.id);
         if (data.error === undefined) resolve(data); else reject(new Error(data.error));
     };
-    const { verbs: list } = await ask("open", { wasm: await unpacked() });
+    const packed = Uint8Array.from(atob($("wasm").textContent.trim()), (c) => c.charCodeAt(0));
+    const { verbs: list } = await ask("open", { packed, size: Number($("wasm").dataset.bytes) });
     verbs = new Map(list.map((v) => [v.name, v]));
 }
 

@@ -20,8 +20,9 @@ function begin(m) {
 }
 const tasks = {
     async open(m) {
-        if (!WebAssembly.validate(m.wasm)) throw new Error("this browser is too old: its WebAssembly has no vectors (SIMD), as Chrome 91, Firefox 89 and Safari 16.4 do");
-        compiled = await WebAssembly.compile(m.wasm);
+        const module = unpack(m.packed, m.size);
+        if (!WebAssembly.validate(module)) throw new Error("this browser is too old: its WebAssembly has no vectors (SIMD), as Chrome 91, Firefox 89 and Safari 16.4 do");
+        compiled = await WebAssembly.compile(module);
         engine = await fresh();
         return { verbs: engine.verbs() };
     },
