@@ -24,3 +24,4 @@ mod surfaces;
 mod truth;
 mod truth_files;
 mod truth_lines;
+mod visible_faces;

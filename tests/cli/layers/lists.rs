@@ -181,6 +181,7 @@ const PIPELINE: Edges = &[
     (
         "tile",
         &[
+            "assemble",
             "depth_sort",
             "draw_call",
             "indexed_mesh",
@@ -189,6 +190,7 @@ const PIPELINE: Edges = &[
             "preemption",
             "sampler",
             "shading_space",
+            "viewport",
         ],
     ),
     (

@@ -19,7 +19,7 @@ use super::plan::{Part, Parts};
 use super::prepared_draw::PreparedDraw;
 use super::sampler::Footprint;
 use super::shade::ShadingFrequency;
-use super::tile::{ExactFace, FrameSlices, RecycledBindings, Scratch};
+use super::tile::{ExactFace, FrameSlices, RecycledBindings, Scratch, is_rough};
 use super::vertex::Vertex;
 use crate::executor::Executor;
 use crate::memory::{PickBuffer, PickCells, opaque};
@@ -135,6 +135,11 @@ impl PreparedDraw<'_> {
         let runs = |k: usize| 16.0 * plane.barycentrics[k][1].abs() * corners[k].clip.w.abs();
         let is_gentle = !is_cut && (0..3).all(|k| runs(k) < 16.0);
         let is_smooth = !is_cut && (0..3).all(|k| runs(k) < 1.0);
+        let factors = match self.call.interp {
+            Interpolation::Perspective => [1.0; 3],
+            Interpolation::Affine => corners.map(|v| v.clip.w),
+        };
+        let is_rough = is_rough(&plane, corners.map(|v| [v.clip.z, v.clip.w]), factors);
         ExactFace {
             face: triangle,
             bounds,
@@ -142,6 +147,7 @@ impl PreparedDraw<'_> {
             is_between: face.wholly_between_near_and_far,
             z_range: face.z_range.map(|z| z as f32),
             exact_ranges: [face.z_range, complement_range(&corners)],
+            is_rough,
             is_cut,
             corner_w: match self.call.interp {
                 Interpolation::Perspective => corners.map(|v| v.clip.w as f32),

@@ -15,6 +15,7 @@ use super::depth_f64::DepthVertexKernel;
 use super::draw_job::{DepthF64, DrawJob};
 use super::exact_faces::ExactFace;
 use super::grid::Grid;
+use super::kept_ids::KeptIds;
 use super::scratch::Scratch;
 use super::setup::SetupKernel;
 use super::vertex::{Projector, VertexKernel, WIDTH};
@@ -87,9 +88,10 @@ fn waiting_bytes(faces: u64, size: (usize, usize)) -> u64 {
 }
 
 /// Returns the bytes that threads may add once the bound is reached, apart from lists that double:
-/// each finishes a cluster, possibly its first.
+/// each finishes a cluster, possibly its first; and of the face ids that pieces leave to the next.
 fn unbounded_bytes(threads: u64, size: (usize, usize)) -> u64 {
     threads * (empty_chunk_bytes(size) + waiting_bytes(CLUSTER_FACES as u64, size))
+        + KeptIds::most_bytes(size) as u64
 }
 
 /// Binned faces of a piece of a draw.
@@ -107,13 +109,15 @@ pub(crate) struct Binned {
     pub(super) chunk_faces: usize,
     /// Number of chunks, the first ones of the scratch.
     pub(super) chunk_count: usize,
+    /// Largest spread of the draw's faces so far: see [`super::close_depths`].
+    pub(super) spread: f32,
 }
 
 /// Binning of a draw's faces, in pieces if their lists would take too much memory.
 ///
 /// A piece is a range of faces in file order. Depths and colours of the earlier pieces are in the
-/// frame when it is drawn, so each fragment is tested against the depths that it would meet in one
-/// piece, and the last one to win a pixel colours it: the bytes are equal.
+/// frame when it is drawn, and their face ids are kept, so each fragment meets what it would meet in
+/// one piece, and the last one to win a pixel colours it: the bytes are equal.
 pub(crate) struct Binning {
     projector: Projector,
     grid: Grid,
@@ -124,6 +128,8 @@ pub(crate) struct Binning {
     most: usize,
     /// Number of vertices that are transformed.
     placed: usize,
+    /// Largest spread of the faces that are binned.
+    spread: f32,
     /// Set if the last piece ended because its lists reached the limit.
     is_stopped: bool,
 }
@@ -162,13 +168,16 @@ impl Binning {
         if job.depth_f64.is_some() {
             resize_in_huge_pages(&mut scratch.depth_f64, vertex_count, [0.0; 4]);
         }
+        let grid = Grid::new(&view, width);
+        scratch.kept_ids.reset(grid.rows);
         Binning {
             projector: Projector::new(*job.to_screen, &to_view, mesh.farthest),
-            grid: Grid::new(&view, width),
+            grid,
             next: 0,
             piece: mesh.triangle_count,
             most: usize::MAX,
             placed: 0,
+            spread: 0.0,
             is_stopped: scratch.bytes.get() > scratch.list_bytes && !scratch.is_shared,
         }
     }
@@ -241,9 +250,13 @@ impl Binning {
         } else if scratch.bytes.get() < scratch.list_bytes / 2 {
             self.piece *= 2;
         }
-        scratch.chunks[..used].iter().for_each(|chunk| *stats += chunk.stats);
+        for chunk in &scratch.chunks[..used] {
+            *stats += chunk.stats;
+            self.spread = self.spread.max(chunk.spread);
+        }
+        let spread = self.spread;
         let bands = scratch.note_visitors(used, &grid);
-        Some(Binned { bands, until, grid, first_face, chunk_faces, chunk_count: used })
+        Some(Binned { bands, until, grid, first_face, chunk_faces, chunk_count: used, spread })
     }
 
     /// Transforms the vertices that the faces before `end` use, except those that already are.

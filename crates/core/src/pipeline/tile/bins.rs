@@ -230,6 +230,8 @@ pub struct Chunk {
     pub bins: Vec<Bin>,
     /// Tiles that are reached.
     pub reached: Vec<u32>,
+    /// Largest [`spread`](super::face_vectors::DepthPlanes::spread) of its faces.
+    pub spread: f32,
     /// Counts of culled and drawn faces.
     pub stats: DrawStats,
     /// Number of faces, from the first on, that are in the lists.

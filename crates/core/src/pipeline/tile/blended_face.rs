@@ -208,7 +208,9 @@ impl BlendedFaceKernel<'_, '_> {
             let at = row_start + start as usize;
             x = start + lanes;
             passes = match self.encoder {
-                None => self.depth_test(s, &F32Depth, (start, y), passes, at),
+                None => {
+                    self.depth_test(s, &F32Depth { close: None, tolerance: -1.0 }, (start, y), passes, at)
+                }
                 Some(encoder) => {
                     let test = F64Depth { encoder, corners: &[], vertices: &[] };
                     self.depth_test(s, &test, (start, y), passes, at)

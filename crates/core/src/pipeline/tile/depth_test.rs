@@ -8,9 +8,10 @@
 //! [`F32Depth`] is the test of f32 depths. The other formats need more digits than f32 has:
 //! [`super::depth_f64`].
 
+use super::close_depths::{CloseDepths, Contest};
 use super::exact_faces::{self, ExactFace, STEEP};
 use super::tile_buffers::Tile;
-use crate::simd::{F32, I32, Simd};
+use crate::simd::{F32, I32, Mask, Simd};
 
 /// Depth test of a format.
 pub(super) trait DepthTest {
@@ -27,6 +28,54 @@ pub(super) trait DepthTest {
     /// Returns the bits to invert so that words become signed numbers, of which the lesser is
     /// nearer.
     fn flip(&self) -> i32;
+
+    /// True if words have errors, so that close ones are compared by [`DepthTest::decide`].
+    const HAS_ERRORS: bool = false;
+
+    /// Returns the distance of two depths up to which their words do not tell which is nearer.
+    #[inline(always)]
+    fn tolerance(&self) -> f32 {
+        -1.0
+    }
+
+    /// Sets the words of an exact face at the pixels beside it, the lanes from (x, y) on; returns those
+    /// lanes in which it is drawn.
+    #[inline(always)]
+    fn words_beside(&self, _: i32, _: [i32; 2], lanes: u32, _: &mut [i32; 16]) -> u32 {
+        lanes
+    }
+
+    /// Returns the lanes that a face wins, where some are close.
+    #[inline(always)]
+    fn decide(&self, contest: &Contest<'_>) -> u32 {
+        contest.passes
+    }
+
+    /// Returns the pixels among `covered` that the face `id` wins with `word`; `ids` and `old` are
+    /// their face ids and words so far.
+    #[inline(always)]
+    fn passes<S: Simd>(
+        &self,
+        s: S,
+        (x, y): (i32, i32),
+        covered: S::M,
+        (word, id): (S::I, i32),
+        (old, ids): (&[i32], &[i32]),
+    ) -> S::M {
+        let stored = s.load_i(old);
+        let passes = covered & self.is_nearer(s, word, stored);
+        if !Self::HAS_ERRORS {
+            return passes;
+        }
+        let close = covered & (stored.as_f32() - word.as_f32()).abs().le(s.splat(self.tolerance()));
+        if !close.any() {
+            return passes;
+        }
+        let mut words = [0; 16];
+        s.store_i(word, &mut words[..S::LANES]);
+        let (passes, close) = (passes.bits(), close.bits());
+        s.mask(self.decide(&Contest { at: [x, y], id, words, ids, old, passes, close }))
+    }
 
     /// Returns the lanes where `word` is nearer than `old`.
     #[inline(always)]
@@ -45,34 +94,52 @@ pub(super) trait DepthTest {
         (x, y): (i32, i32),
         covered: S::M,
         word: S::I,
-        id: S::I,
+        (id, face): (S::I, i32),
     ) -> S::M {
         let mut passes = covered;
-        if !tile.depth.is_empty() {
-            let at = tile.depth_at(x, y);
-            let depth = &mut tile.depth[at..at + S::LANES];
-            let old = s.load_i(depth);
-            passes = covered & self.is_nearer(s, word, old);
-            s.store_i(s.select_i(passes, word, old), depth);
-        }
         let at = tile.id_at(x, y);
+        let depth_at = tile.depth_at(x, y);
         let ids = &mut tile.ids[at..at + S::LANES];
+        if !tile.depth.is_empty() {
+            let depth = &mut tile.depth[depth_at..depth_at + S::LANES];
+            passes = self.passes(s, (x, y), covered, (word, face), (depth, ids));
+            s.store_i(s.select_i(passes, word, s.load_i(depth)), depth);
+        }
         s.store_i(s.select_i(passes, id, s.load_i(ids)), ids);
         passes
+    }
+
+    /// Returns whether a face wins a pixel with depths that are close.
+    #[cold]
+    #[inline(never)]
+    fn decide_one(&self, at: [i32; 2], (word, id): (i32, i32), old: (i32, i32), passes: bool) -> bool {
+        let mut words = [0; 16];
+        words[0] = word;
+        let (ids, old) = (&[old.1], &[old.0]);
+        self.decide(&Contest { at, id, words, ids, old, passes: u32::from(passes), close: 1 }) != 0
     }
 
     /// Tests depth at one pixel; writes word and face id if it passes, and returns whether it did.
     #[inline(always)]
     fn write_one(&self, tile: &mut Tile<'_>, (x, y): (i32, i32), word: i32, id: i32) -> bool {
+        let id_at = tile.id_at(x, y);
         if !tile.depth.is_empty() {
             let at = tile.depth_at(x, y);
             let depth = &mut tile.depth[at];
-            if *depth ^ self.flip() <= word ^ self.flip() {
+            let old = *depth;
+            let mut passes = old ^ self.flip() > word ^ self.flip();
+            if Self::HAS_ERRORS {
+                let apart = f32::from_bits(old as u32) - f32::from_bits(word as u32);
+                if apart.abs() <= self.tolerance() {
+                    passes = self.decide_one([x, y], (word, id), (old, tile.ids[id_at]), passes);
+                }
+            }
+            if !passes {
                 return false;
             }
             *depth = word;
         }
-        tile.ids[tile.id_at(x, y)] = id;
+        tile.ids[id_at] = id;
         true
     }
 
@@ -102,8 +169,13 @@ pub(super) trait DepthTest {
 }
 
 /// Depths in f32, whose bits are ordered like the numbers.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct F32Depth;
+#[derive(Clone, Copy)]
+pub(super) struct F32Depth<'a> {
+    /// Decides between close faces; `None` where their words do.
+    pub close: Option<&'a CloseDepths<'a>>,
+    /// Largest distance of close depths: twice the largest error of the faces that are drawn.
+    pub tolerance: f32,
+}
 
 /// Pixel, f32 depth at its centre, and the depth's steps per column and per row.
 #[derive(Clone, Copy, Debug)]
@@ -121,12 +193,28 @@ pub(super) struct F32Run {
     high: f32,
 }
 
-impl DepthTest for F32Depth {
+impl DepthTest for F32Depth<'_> {
     type Plane = F32Plane;
     type Run = F32Run;
 
     const IS_COSTLY: bool = false;
     const STEEPEST: f64 = STEEP;
+    const HAS_ERRORS: bool = true;
+
+    #[inline(always)]
+    fn tolerance(&self) -> f32 {
+        self.tolerance
+    }
+
+    #[inline(always)]
+    fn words_beside(&self, id: i32, at: [i32; 2], lanes: u32, words: &mut [i32; 16]) -> u32 {
+        self.close.map_or(lanes, |close| close.words_beside(id, at, lanes, words))
+    }
+
+    #[inline(always)]
+    fn decide(&self, contest: &Contest<'_>) -> u32 {
+        self.close.map_or(contest.passes, |close| close.decide(contest))
+    }
 
     #[inline(always)]
     fn flip(&self) -> i32 {

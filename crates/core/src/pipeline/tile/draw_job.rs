@@ -1,6 +1,7 @@
 //! A draw of opaque faces as the front end hands it to the tile renderer, and the frame's buffers.
 
 use super::bins::Winding;
+use super::close_depths::ReferenceFaces;
 use super::depth_f64::DepthEncoder;
 use super::setup::PlainSetup;
 use super::shading_state::Shading;
@@ -43,6 +44,8 @@ pub(crate) struct DrawJob<'a> {
     pub shading: Shading<'a>,
     /// Set-up in f64 by the plain path, for faces that screen vertices cannot represent.
     pub plain: PlainSetup<'a>,
+    /// Assembles a face as the plain path does, for its depths.
+    pub reference_faces: ReferenceFaces<'a>,
     /// Name that is written to the pick buffer.
     pub name: u32,
     /// Depth evaluation in f64; `None` for f32 depths and for frames without depth.

@@ -36,6 +36,8 @@ pub struct ExactFace {
     pub z_range: [f32; 2],
     /// These ranges in f64, of z and of 1 - z.
     pub exact_ranges: [[f64; 2]; 2],
+    /// True if f32 depths are not those of the plain path at pixels beside the unsnapped face.
+    pub is_rough: bool,
     /// True if some corner has w <= 0: barycentrics may then be negative.
     pub is_cut: bool,
     /// Factors from barycentrics to weights on the screen: each corner's w, or 1 where attributes
@@ -113,6 +115,30 @@ fn linear<S: Simd>(s: S, plane: &PlaneEquation, function: [f64; 3], has_runs: bo
         };
     }
     s.load(&lanes[..S::LANES])
+}
+
+/// Share of a corner below which a pixel may lie beside the face.
+const BESIDE_SHARE: f32 = 1e-4;
+
+/// Returns the lanes that may lie beside the unsnapped face, of the pixels from (x, y) on.
+#[inline(always)]
+pub(super) fn beside<S: Simd>(s: S, exact_face: &ExactFace, x: i32, y: i32) -> S::M {
+    let [a, b, c] = weights(s, exact_face, x, y);
+    let [p, q, r] = exact_face.corner_w.map(f32::abs);
+    let least = (a * s.splat(p)).min(b * s.splat(q)).min(c * s.splat(r));
+    !s.splat(BESIDE_SHARE).lt(least)
+}
+
+/// Returns whether the centres of a box of pixels all lie inside the unsnapped face.
+pub(super) fn holds(exact_face: &ExactFace, clip: PixelRect) -> bool {
+    let least = f64::from(BESIDE_SHARE);
+    let inside = |x: i32, y: i32| {
+        (0..3).all(|k| {
+            exact_face.plane.barycentric_at(k, x, y) * f64::from(exact_face.corner_w[k].abs()) > least
+        })
+    };
+    let (right, bottom) = (clip.x1 - 1, clip.y1 - 1);
+    inside(clip.x0, clip.y0) && inside(right, clip.y0) && inside(clip.x0, bottom) && inside(right, bottom)
 }
 
 /// Returns the barycentrics of LANES pixels from (x, y) on in f64.

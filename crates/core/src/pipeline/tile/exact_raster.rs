@@ -2,12 +2,12 @@
 
 use super::depth_test::DepthTest;
 use super::edges::count_of;
-use super::exact_faces::{ExactFace, RUN};
+use super::exact_faces::{self, ExactFace, RUN};
 use super::grid::Grid;
 use super::raster::sum;
 use super::tile_buffers::{EXACT_FACE_BIT, Tile};
 use crate::math::coverage::{Filling, PixelRect, SnappedTriangle};
-use crate::simd::{I32, Mask, Simd};
+use crate::simd::{I32, Mask, Part, Simd};
 use std::ops::Range;
 
 /// Row and columns of a span.
@@ -84,7 +84,7 @@ fn draw_span<S: Simd, D: DepthTest>(
     let mut x = span.start;
     while x < span.end {
         let start = x & !(lanes - 1);
-        let is_whole = start == x && face.is_between;
+        let is_whole = start == x && face.is_between && !(D::HAS_ERRORS && face.is_rough);
         let until = span.end.min(last_whole) & !(lanes - 1);
         if is_whole && until > start {
             passed += draw_whole(s, test, face, (start, y), (until - start) as usize, tile);
@@ -94,11 +94,22 @@ fn draw_span<S: Simd, D: DepthTest>(
         let start = start.min(tile.x1 - lanes);
         let (from, to) = (x - start, (span.end - start).min(lanes));
         let covered = s.mask((u32::MAX << from) & (((1u64 << to) - 1) as u32));
-        let (word, inside) = match face.is_between {
+        let (mut word, mut inside) = match face.is_between {
             true => (test.exact_words(s, face, start, y), covered),
             false => test.clipped_words(s, face, start, y),
         };
-        let id = s.splat_i(face.face as i32 | EXACT_FACE_BIT);
+        let id = face.face as i32 | EXACT_FACE_BIT;
+        if D::HAS_ERRORS && face.is_rough {
+            let beside = covered & exact_faces::beside(s, face, start, y);
+            if beside.any() {
+                let mut words = [0; 16];
+                s.store_i(word, &mut words[..S::LANES]);
+                let drawn = test.words_beside(id, [start, y], beside.bits(), &mut words);
+                word = s.load_i(&words[..S::LANES]);
+                inside = (inside & !beside) | s.mask(drawn);
+            }
+        }
+        let id = (s.splat_i(id), id);
         passed += count_of::<S>(test.write(s, tile, (start, y), covered & inside, word, id));
         x = start + lanes;
     }
@@ -116,7 +127,8 @@ fn draw_whole<S: Simd, D: DepthTest>(
     count: usize,
     tile: &mut Tile<'_>,
 ) -> u64 {
-    let id = s.splat_i(face.face as i32 | EXACT_FACE_BIT);
+    let number = face.face as i32 | EXACT_FACE_BIT;
+    let id = s.splat_i(number);
     let (at, depth_at) = (tile.id_at(x, y), tile.depth_at(x, y));
     let ids = &mut tile.ids[at..at + count];
     if tile.depth.is_empty() {
@@ -125,16 +137,15 @@ fn draw_whole<S: Simd, D: DepthTest>(
         }
         return count as u64;
     }
-    let mut passed = s.splat_i(0);
+    let (mut passed, all) = (s.splat_i(0), s.mask(u32::MAX));
     let depth = &mut tile.depth[depth_at..depth_at + count];
     let is_level = test.slope(face) == 0.0;
     let constant = if is_level { test.exact_words(s, face, x, y) } else { s.splat_i(0) };
     let mut column = x;
     for (depth, ids) in depth.chunks_exact_mut(S::LANES).zip(ids.chunks_exact_mut(S::LANES)) {
         let word = if is_level { constant } else { test.exact_words(s, face, column, y) };
-        let old = s.load_i(depth);
-        let passes = test.is_nearer(s, word, old);
-        s.store_i(s.select_i(passes, word, old), depth);
+        let passes = test.passes(s, (column, y), all, (word, number), (depth, ids));
+        s.store_i(s.select_i(passes, word, s.load_i(depth)), depth);
         s.store_i(s.select_i(passes, id, s.load_i(ids)), ids);
         passed = s.increment(passes, passed);
         column += S::LANES as i32;
@@ -153,6 +164,9 @@ pub(super) fn filling<D: DepthTest>(test: &D, face: &ExactFace, tile: &Tile<'_>)
     let fits = holds && is_even && face.is_between && !tile.depth.is_empty();
     match outline.filling(tile.rect()) {
         Filling::All if !fits || test.slope(face).abs() > D::STEEPEST => Filling::Part,
+        Filling::All if D::HAS_ERRORS && face.is_rough && !exact_faces::holds(face, tile.rect()) => {
+            Filling::Part
+        }
         filling => filling,
     }
 }
@@ -164,6 +178,9 @@ pub(super) fn stack<S: Simd, D: DepthTest>(s: S, test: &D, faces: &[&ExactFace],
     let Some(first) = faces.first() else { return 0 };
     let count = faces.len().min(MOST_STACKED);
     let faces = &faces[..count];
+    if D::HAS_ERRORS && !are_apart(test.tolerance(), faces, tile) {
+        return s.call(s, OneByOne { test, faces, tile });
+    }
     let (mut ids, mut runs) = ([0; MOST_STACKED], [test.run(first); MOST_STACKED]);
     let mut is_level = true;
     for (i, face) in faces.iter().enumerate() {
@@ -213,6 +230,59 @@ pub(super) fn stack<S: Simd, D: DepthTest>(s: S, test: &D, faces: &[&ExactFace],
         passed += sum(s, counts);
     }
     passed
+}
+
+/// Faces that fill the tile, drawn one after the other because some are close.
+struct OneByOne<'k, 'b, D> {
+    test: &'k D,
+    faces: &'k [&'k ExactFace],
+    tile: &'k mut Tile<'b>,
+}
+
+impl<S: Simd, D: DepthTest> Part<S> for OneByOne<'_, '_, D> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn run(self, s: S) -> u64 {
+        let OneByOne { test, faces, tile } = self;
+        let mut passed = 0;
+        for face in faces {
+            passed += draw(s, test, face, tile).1;
+        }
+        passed
+    }
+}
+
+/// Returns whether faces that fill the tile are farther than `tolerance` from each other and from the
+/// draw's earlier faces at all pixels, and adds them to the depths of the tile.
+#[inline(never)]
+fn are_apart(tolerance: f32, faces: &[&ExactFace], tile: &mut Tile<'_>) -> bool {
+    // Planes are apart in the tile if they are so at its corners, on the same side. Twice the
+    // tolerance: here the planes themselves are compared, from which both renderers may differ.
+    let margin = 2.0 * f64::from(tolerance);
+    let mut corners = [[0.0; 4]; MOST_STACKED];
+    let [low, high] = tile.depths.unwrap_or_else(|| tile.range_of_depths());
+    let mut range = [low, high];
+    let (right, bottom) = (tile.x1 - 1, tile.y1 - 1);
+    let mut are_apart = true;
+    for (i, face) in faces.iter().enumerate() {
+        let at = [(tile.x0, tile.y0), (right, tile.y0), (tile.x0, bottom), (right, bottom)];
+        corners[i] = at.map(|(x, y)| face.plane.z_at(x, y));
+        let [near, far] =
+            corners[i].iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], z| [a.min(*z), b.max(*z)]);
+        are_apart &= near - margin > f64::from(high) || far + margin < f64::from(low);
+        range = [range[0].min((near - margin) as f32), range[1].max((far + margin) as f32)];
+        for other in &corners[..i] {
+            let [mut is_before, mut is_behind] = [true; 2];
+            for (z, other) in corners[i].iter().zip(other) {
+                is_before &= z + margin < *other;
+                is_behind &= z - margin > *other;
+            }
+            are_apart &= is_before | is_behind;
+        }
+    }
+    tile.depths = Some(range);
+    are_apart
 }
 
 /// Faces of a stack whose words are equal along a row, and that are nearer there than all faces

@@ -6,6 +6,7 @@
 //! i32 do not reach. All functions are inlined into the kernel of [`super::setup`].
 
 use super::bins::{SMALL_SIDE, TINY_SIDE, Winding};
+use super::close_depths::{MOST_SPREAD, THIN};
 use super::edges::{bounds3, corner, count_of, coverage, edge, pixels, snapped, sort_corners};
 use super::vertex::{Outcode, ScreenVertex};
 use crate::math::coverage::PixelRect;
@@ -77,6 +78,9 @@ pub(super) struct DepthPlanes<S: Simd> {
     pub z: S::F,
     pub zx: S::F,
     pub zy: S::F,
+    /// (rise L / det)^2, and the rough faces: see [`super::close_depths`].
+    pub spread: S::F,
+    pub is_rough: S::M,
     /// Faces for which f32 is enough.
     pub is_gentle: S::M,
 }
@@ -234,7 +238,10 @@ impl<S: Simd> FaceCorners<S> {
             & (zx.abs() + zy.abs()).le(s.splat(STEEPEST_SLOPE));
         let (z_min, z_max) = self.z_range;
         let is_between = s.splat(0.0).le(z_min) & z_max.lt(s.splat(1.0));
-        DepthPlanes { z, zx, zy, is_gentle: is_gentle & is_between }
+        let det2 = det * det;
+        let spread = rise * (rise * reach2) / det2;
+        let is_smooth = spread.le(s.splat(MOST_SPREAD)) & reach2.le(det2 * s.splat(1.0 / (THIN * THIN)));
+        DepthPlanes { z, zx, zy, spread, is_rough: !is_smooth, is_gentle: is_gentle & is_between }
     }
 }
 
@@ -244,6 +251,29 @@ impl<S: Simd> PixelBoxes<S> {
     pub fn is_tiny(&self, s: S, work: S::M) -> S::M {
         let tiny_side = s.splat_i(TINY_SIDE + 1);
         work & tiny_side.gt(self.size.0) & tiny_side.gt(self.size.1)
+    }
+
+    /// Returns the tiny faces of `rough`, of coverage `covered`, that cover a pixel less than 1/362
+    /// pixel inside an edge.
+    #[inline(always)]
+    pub fn has_edge_pixels(
+        &self,
+        s: S,
+        rough: S::M,
+        edges: &EdgeFunctions<S>,
+        (low, high): (S::I, S::I),
+    ) -> S::M {
+        let none = s.splat_i(0);
+        let size = |v: S::I| v.max(none - v);
+        let mut inner = edges.e;
+        for (k, e) in inner.iter_mut().enumerate() {
+            // E is the distance in pixels times the edge's length in 1/256 pixel, which is at most the
+            // sum of its extents; 3/1024 is more than 1/362.
+            let extents = size(edges.steps_x[k]) + size(edges.steps_y[k]);
+            *e = *e - ((extents * s.splat_i(3)).shr::<10>() + s.splat_i(1));
+        }
+        let (inner_low, inner_high) = coverage(s, rough, self.size, inner, edges.steps_x, edges.steps_y);
+        rough & !((low ^ inner_low) | (high ^ inner_high)).eq(none)
     }
 
     /// Returns the covered pixels of tiny faces, as the low and the high word of a bit each.

@@ -40,7 +40,7 @@ struct Cells {
 }
 
 /// Rasterizes the faces of one chunk in a tile, except hidden ones.
-pub(super) struct HierarchicalZKernel<'a, 'b>(pub RasterKernel<'a, 'b, F32Depth>);
+pub(super) struct HierarchicalZKernel<'a, 'b>(pub RasterKernel<'a, 'b, F32Depth<'a>>);
 
 impl HierarchicalZKernel<'_, '_> {
     /// Returns whether a bin has enough faces for the test to pay.
@@ -70,19 +70,19 @@ struct HierarchicalZ {
 impl Occlusion for HierarchicalZ {
     #[inline(always)]
     fn hides_tiny(&self, tile: &Tile<'_>, face: &Tiny) -> bool {
-        let near = nearest(face.depth, face.size.map(i32::from));
+        let near = nearest(face.depth, face.size.map(i32::from), tile.tolerance);
         self.cells.hide(tile, face.bounds().map(i32::from), near)
     }
     #[inline(always)]
     fn hides_small(&self, tile: &Tile<'_>, face: &Small) -> bool {
         let [x0, y0, x1, y1] = face.bounds.map(i32::from);
-        self.cells.hide(tile, [x0, y0, x1, y1], nearest(face.depth, [x1 - x0, y1 - y0]))
+        self.cells.hide(tile, [x0, y0, x1, y1], nearest(face.depth, [x1 - x0, y1 - y0], tile.tolerance))
     }
     #[inline(always)]
     fn hides_exact(&self, tile: &Tile<'_>, face: &ExactFace) -> bool {
         let b = face.bounds;
         // Depths stay between those of the corners; a clipped face has no nearest depth.
-        self.cells.hide(tile, [b.x0, b.y0, b.x1, b.y1], word(face.z_range[0]))
+        self.cells.hide(tile, [b.x0, b.y0, b.x1, b.y1], word(face.z_range[0] - tile.tolerance))
     }
     #[inline(always)]
     fn will_fill(&mut self, face: &ExactFace) {
@@ -180,15 +180,15 @@ fn word(z: f32) -> i32 {
     (z.to_bits() as i32).max(0)
 }
 
-/// Returns a lower bound on the words of a face in a box of this many columns and rows. Rounded
+/// Returns a lower bound on the words of a face in a box of this many columns and rows, less `margin`. Rounded
 /// sums and products are monotonic, so the least value is at a corner, if it is computed as it is
 /// for the pixels.
 #[inline(always)]
-fn nearest([z0, zx, zy]: [f32; 3], [columns, rows]: [i32; 2]) -> i32 {
+fn nearest([z0, zx, zy]: [f32; 3], [columns, rows]: [i32; 2], margin: f32) -> i32 {
     let (right, bottom) = (zx * (columns - 1) as f32, zy * (rows - 1) as f32);
     let (along, down) = (if right < 0.0 { right } else { 0.0 }, if bottom < 0.0 { bottom } else { 0.0 });
     // NaN only if a slope is NaN; such words are among the largest, and the face is not to be
     // skipped.
     let z = (z0 + down) + along;
-    if z.is_nan() { 0 } else { word(z) }
+    if z.is_nan() { 0 } else { word(z - margin) }
 }

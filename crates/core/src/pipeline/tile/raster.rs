@@ -81,7 +81,7 @@ pub(super) fn tiny<S: Simd, D: DepthTest>(
                 continue;
             }
             let word = test.words(s, &plane, start, y0 + row);
-            let passes = test.write(s, tile, (start, y0 + row), s.mask(bits), word, id);
+            let passes = test.write(s, tile, (start, y0 + row), s.mask(bits), word, (id, face.face as i32));
             *passed = s.increment(passes, *passed);
         }
         x = start + lanes;
@@ -110,7 +110,7 @@ pub(super) fn small<S: Simd, D: DepthTest>(s: S, test: &D, face: &Small, tile: &
             }
             tested = s.increment(covered, tested);
             let word = test.words(s, &plane, start, y);
-            let passes = test.write(s, tile, (start, y), covered, word, id);
+            let passes = test.write(s, tile, (start, y), covered, word, (id, face.face as i32));
             passed = s.increment(passes, passed);
         }
         x = start + S::LANES as i32;

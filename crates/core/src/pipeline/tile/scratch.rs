@@ -4,6 +4,7 @@ use super::bins::{Bin, Chunk, Larger, Small};
 use super::depth_f64::DepthVertex;
 use super::exact_faces::ExactFace;
 use super::grid::Grid;
+use super::kept_ids::KeptIds;
 use super::list_bytes::ListBytes;
 use super::vertex::ScreenVertex;
 use std::sync::atomic::AtomicU8;
@@ -31,6 +32,8 @@ pub(crate) struct Scratch {
     pub(super) chunks: Vec<Chunk>,
     /// Bit set for each tile: the chunks that reach it; empty if there is only one chunk.
     pub(super) visitors: Vec<u64>,
+    /// Face ids of tiles that are visited again.
+    pub(super) kept_ids: KeptIds,
     /// Capacity of the chunks' lists in bytes.
     pub(super) bytes: ListBytes,
     /// Limit of `bytes`; beyond it a draw is split into pieces.
@@ -49,6 +52,7 @@ impl Default for Scratch {
             depth_f64: Vec::new(),
             chunks: Vec::new(),
             visitors: Vec::new(),
+            kept_ids: KeptIds::default(),
             bytes: ListBytes::default(),
             list_bytes: LIST_BYTES,
             is_shared: false,
@@ -79,6 +83,7 @@ impl Scratch {
         self.visibilities.capacity()
             + self.marks.capacity()
             + self.visitors.capacity() * 8
+            + self.kept_ids.size_bytes()
             + self.screen_vertices.capacity() * 16
             + self.depth_f64.capacity() * size_of::<DepthVertex>()
     }

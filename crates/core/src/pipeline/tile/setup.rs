@@ -71,6 +71,14 @@ struct Lanes {
     tiny: [TinyWords; 16],
 }
 
+/// Sums over the faces of a chunk, lane by lane.
+struct Sums<S: Simd> {
+    /// Covered pixels of tiny faces.
+    pixels_in: S::I,
+    /// Largest [`DepthPlanes::spread`].
+    spread: S::F,
+}
+
 /// Tiny faces of a vector: the lanes, and the words that [`super::bins::Tiny`] reads.
 struct TinyFaces<S: Simd> {
     lanes: S::M,
@@ -83,8 +91,7 @@ impl Kernel for SetupKernel<'_> {
     #[inline(always)]
     fn run<S: Simd>(mut self, s: S) {
         let mut lanes = Lanes { fields: [[0; 16]; FIELDS], tiny: [[0; 8]; 16] };
-        // Covered pixels of tiny faces, lane by lane.
-        let mut pixels_in = s.splat_i(0);
+        let mut sums = Sums { pixels_in: s.splat_i(0), spread: s.splat(0.0) };
         let mut done = self.faces;
         for start in (0..self.faces).step_by(S::LANES) {
             if start.is_multiple_of(CLUSTER_FACES)
@@ -99,10 +106,11 @@ impl Kernel for SetupKernel<'_> {
                 continue;
             }
             self.ask_ahead(start);
-            self.set_up(s, start, count, &mut pixels_in, &mut lanes);
+            self.set_up(s, start, count, &mut sums, &mut lanes);
         }
         self.chunk.done = done;
-        s.store_i(pixels_in, &mut lanes.fields[0]);
+        self.chunk.spread = f32::from_bits(sums.spread.bits().reduce_max() as u32);
+        s.store_i(sums.pixels_in, &mut lanes.fields[0]);
         for count in &lanes.fields[0][..S::LANES] {
             self.chunk.stats.pixels_tested += *count as u64;
         }
@@ -127,9 +135,9 @@ impl SetupKernel<'_> {
         true
     }
 
-    /// Sets up and bins a vector of faces; adds to `pixels_in` the pixels that tiny ones cover.
+    /// Sets up and bins a vector of faces, and adds them to `sums`.
     #[inline(always)]
-    fn set_up<S: Simd>(&mut self, s: S, start: usize, count: usize, pixels_in: &mut S::I, lanes: &mut Lanes) {
+    fn set_up<S: Simd>(&mut self, s: S, start: usize, count: usize, sums: &mut Sums<S>, lanes: &mut Lanes) {
         let none = s.splat_i(0);
         let corners = FaceCorners::gather(s, self.screen_vertices, self.corners, start, count);
         let FaceClasses { seen, by_plain, is_counter } =
@@ -148,9 +156,17 @@ impl SetupKernel<'_> {
             return;
         }
         let planes = corners.depth_planes(s, &boxes);
-        let by_plain = by_plain | (work & !planes.is_gentle);
+        let rough = work & planes.is_rough & planes.is_gentle;
+        let mut by_plain = by_plain | (work & !planes.is_gentle) | (rough & !is_tiny);
+        let rough = rough & is_tiny & !by_plain;
+        if rough.any() {
+            by_plain = by_plain | boxes.has_edge_pixels(s, rough, &edges, (low, high));
+        }
         let tiny = work & is_tiny & !by_plain;
         let others = (work & !is_tiny) | by_plain;
+        let spread = s.select(work & !(by_plain | planes.is_rough), planes.spread, s.splat(0.0));
+        sums.spread = spread.max(sums.spread);
+        let pixels_in = &mut sums.pixels_in;
         *pixels_in = *pixels_in + ones(s, s.select_i(tiny, low, none));
         let high_words = tiny & !high.eq(none);
         if high_words.any() {

@@ -6,6 +6,9 @@ use crate::math::coverage::PixelRect;
 /// Face id of pixels that no face of this draw covers.
 pub const NO_FACE: i32 = -1;
 
+/// Depths of no face: the nearest is farther than the farthest.
+pub const NO_DEPTHS: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
+
 /// Bit set in a face id if the face was set up in f64.
 pub const EXACT_FACE_BIT: i32 = 1 << 30;
 
@@ -34,6 +37,10 @@ pub struct Tile<'a> {
     pub depth_stride: usize,
     /// Face ids of the tile's pixels.
     pub ids: &'a mut Ids,
+    /// Distance up to which two f32 depths of the draw are close.
+    pub tolerance: f32,
+    /// Nearest and farthest depth of the draw's faces in the tile; `None` if they are not known.
+    pub depths: Option<[f32; 2]>,
 }
 
 impl Tile<'_> {
@@ -41,6 +48,22 @@ impl Tile<'_> {
     #[inline(always)]
     pub fn rect(&self) -> PixelRect {
         PixelRect { x0: self.x0, y0: self.y0, x1: self.x1, y1: self.y1 }
+    }
+
+    /// Returns the nearest and the farthest depth of the pixels that show faces of the draw.
+    pub fn range_of_depths(&self) -> [f32; 2] {
+        let [mut low, mut high] = NO_DEPTHS;
+        let columns = (self.x1 - self.x0) as usize;
+        for y in self.y0..self.y1 {
+            let (at, ids) = (self.depth_at(self.x0, y), self.id_at(self.x0, y));
+            for (word, id) in self.depth[at..at + columns].iter().zip(&self.ids[ids..ids + columns]) {
+                if *id != NO_FACE {
+                    let depth = f32::from_bits(*word as u32);
+                    (low, high) = (low.min(depth), high.max(depth));
+                }
+            }
+        }
+        [low, high]
     }
 
     /// Returns the number of pixels.

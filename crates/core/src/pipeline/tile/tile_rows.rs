@@ -7,17 +7,19 @@
 
 use super::binning::Binned;
 use super::bins::Chunk;
+use super::close_depths::{CloseDepths, error_of_spread};
 use super::depth_f64::F64Depth;
 use super::depth_test::F32Depth;
 use super::draw_job::{DepthF64, DrawJob, FrameSlices};
 use super::face_tables::{ExactFaceLookup, Faces};
 use super::grid::Grid;
 use super::hierarchical_z::HierarchicalZKernel;
+use super::kept_ids::remove_earlier;
 use super::pixel_resolve::PixelResolve;
 use super::resolve::ResolveKernel;
 use super::scratch::Scratch;
 use super::shading_state::Shading;
-use super::tile_buffers::{ID_STRIDE, Ids, NO_FACE, Tile};
+use super::tile_buffers::{ID_STRIDE, Ids, NO_DEPTHS, NO_FACE, Tile};
 use super::tile_lights::lights_of_tile;
 use super::traverse::{RasterKernel, RasterStats};
 use crate::executor::{Executor, join};
@@ -180,6 +182,11 @@ impl BinnedDraw<'_> {
             faces: self.faces(&exact_face_of),
             has_depth: !(buffers.depth.is_empty() && buffers.narrow.is_empty()),
             y0: job.view.y0 + (band * BAND_ROWS) as i32,
+            close: CloseDepths::new(
+                job.reference_faces,
+                &job.mesh.screen_vertices,
+                scratch.screen_vertices.as_slice(),
+            ),
         };
         // Words of 16 bits are widened to 32 while a tile is drawn.
         let mut widened = if buffers.narrow.is_empty() { None } else { Some(AtLine([0; _])) };
@@ -245,6 +252,8 @@ struct TileRow<'r> {
     has_depth: bool,
     /// First pixel row.
     y0: i32,
+    /// Decisions between close faces.
+    close: CloseDepths<'r>,
 }
 
 impl TileRow<'_> {
@@ -280,9 +289,15 @@ impl TileRow<'_> {
             }
             None => (buffers.depth.get_mut(x0 as usize..).unwrap_or_default(), width),
         };
-        let mut tile = Tile { x0, x1, y0, y1, width, depth, depth_stride, ids };
+        let tolerance = 2.0 * error_of_spread(self.draw.binned.spread);
+        let depths = Some(NO_DEPTHS);
+        let mut tile = Tile { x0, x1, y0, y1, width, depth, depth_stride, ids, tolerance, depths };
         let mut reach = [i16::MAX, i16::MAX, 0, 0];
         let (mut visits, mut passed) = (visits, 0);
+        let BinnedDraw { scratch, binned, job, .. } = *self.draw;
+        let band = bin / grid.columns;
+        let first = binned.first_face + visits.trailing_zeros() as usize * binned.chunk_faces;
+        let is_resumed = first > 0 && scratch.kept_ids.restore(band, &mut tile);
         while visits != 0 && !self.draw.slice.is_over() {
             let chunk = &self.chunks[visits.trailing_zeros() as usize];
             visits &= visits - 1;
@@ -292,6 +307,12 @@ impl TileRow<'_> {
             stats.tested += done.tested;
             stats.hidden += done.hidden;
             passed += done.passed;
+        }
+        if passed > 0 && (visits != 0 || binned.until < job.mesh.triangle_count) {
+            scratch.kept_ids.keep(band, &tile);
+        }
+        if is_resumed {
+            remove_earlier(&mut tile, first);
         }
         if passed == 0 {
             return visits;
@@ -336,7 +357,8 @@ impl TileRow<'_> {
         match self.depth_f64() {
             None => {
                 let is_coarse = job.coarse == CoarseDepth::On && !tile.depth.is_empty();
-                let kernel = RasterKernel { bin, exact_faces, corners, test: F32Depth, tile };
+                let test = F32Depth { close: Some(&self.close), tolerance: tile.tolerance };
+                let kernel = RasterKernel { bin, exact_faces, corners, test, tile };
                 match is_coarse && HierarchicalZKernel::pays(bin) {
                     false => level.dispatch(kernel),
                     true => level.dispatch(HierarchicalZKernel(kernel)),

@@ -104,6 +104,7 @@ impl<D: DepthTest> RasterKernel<'_, '_, D> {
                         done.hidden += 1;
                         continue;
                     }
+                    self.tile.depths = None;
                     let (t, p) = raster::small(s, &self.test, face, self.tile);
                     (done.tested, done.passed) = (done.tested + t, done.passed + p);
                 }
@@ -114,6 +115,7 @@ impl<D: DepthTest> RasterKernel<'_, '_, D> {
                         continue;
                     }
                     if exact_raster::filling(&self.test, face, self.tile) != Filling::All {
+                        self.tile.depths = None;
                         let (t, p) = exact_raster::draw(s, &self.test, face, self.tile);
                         (done.tested, done.passed) = (done.tested + t, done.passed + p);
                         continue;
@@ -144,9 +146,13 @@ impl<D: DepthTest> RasterKernel<'_, '_, D> {
                 done.passed += u64::from(raster::fragment(&self.test, fragment, self.tile));
             }
             at.fragments = fragments;
+            self.tile.depths = None;
         }
         let mut passed = s.splat_i(0);
         let until = next.map_or(bin.tiny.len(), |l| l.tiny_before as usize);
+        if at.tiny < until {
+            self.tile.depths = None;
+        }
         for words in &bin.tiny[at.tiny..until] {
             let face = &Tiny::of(*words);
             if occlusion.hides_tiny(self.tile, face) {

@@ -10,7 +10,7 @@ use crate::pipeline::plan::Part;
 use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::tile::{
     ColorSource, DepthEncoder, DepthF64, DrawJob, Eye, FogParams, FragmentShader, MaterialBinding,
-    RecycledBindings, Shading, ToScreen, Winding,
+    RecycledBindings, ReferenceFace, Shading, ToScreen, Winding,
 };
 use crate::scene::{Cull, Interpolation, ShadeMode};
 
@@ -100,6 +100,11 @@ impl PreparedDraw<'_> {
     ) -> R {
         let (prepared, space) = (inputs.prepared, &self.space);
         let plain = |face: u32, own: &mut DrawStats| self.exact_face(face, prepared, own);
+        let screen = self.transform().screen;
+        let reference_face = |face: u32| {
+            let face = self.assemble(face, &mut DrawStats::default())?;
+            Some(ReferenceFace::new(face, screen))
+        };
         let pixel = |face: u32, x: i32, y: i32| self.shaded_pixel(face, x, y);
         let run = |face: u32, at: [i32; 2], bytes: &mut [u8]| self.shade_run(face, at, bytes);
         let source = match inputs.light {
@@ -142,6 +147,7 @@ impl PreparedDraw<'_> {
                 maps: if self.parts.uses(Part::SurfaceMaps) { Some(&run) } else { None },
             },
             plain: &plain,
+            reference_faces: &reference_face,
             name: self.call.name,
             depth_f64: has_depth.then(|| self.depth_f64(format)).flatten(),
             coarse: if self.parts.uses(Part::CoarseDepth) { CoarseDepth::On } else { CoarseDepth::Off },

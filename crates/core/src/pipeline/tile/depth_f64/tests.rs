@@ -32,6 +32,7 @@ fn face(number: u32, [z0, zx, zy]: [f64; 3], low: f64) -> ExactFace {
         is_between: true,
         z_range: range.map(|z| z as f32),
         exact_ranges: [range, [1.0 - range[1], 1.0 - range[0]]],
+        is_rough: false,
         is_cut: false,
         corner_w: [1.0; 3],
         is_gentle: true,
@@ -81,7 +82,18 @@ fn by_kernel(
     let mut words = vec![format.encode(1.0, 0.0) as i32; stride * 32];
     let PixelRect { x0, y0, x1, y1 } = TILE;
     let depth = &mut words[from..];
-    let mut tile = Tile { x0, x1, y0, y1, width: WIDTH, depth, depth_stride: stride, ids: &mut ids };
+    let mut tile = Tile {
+        x0,
+        x1,
+        y0,
+        y1,
+        width: WIDTH,
+        depth,
+        depth_stride: stride,
+        ids: &mut ids,
+        tolerance: 0.0,
+        depths: None,
+    };
     let encoder = DepthEncoder::of(format).expect("a format with words of f64");
     let done = level.dispatch(RasterKernel {
         bin: &bin,
