@@ -21,12 +21,12 @@ use std::ops::Range;
 #[inline]
 pub fn fill_circle(
     memory: &mut VideoMemory,
-    [cx, cy]: [f64; 2],
+    centre: [f64; 2],
     r: f64,
     color: Rgba,
     blend: Blend,
 ) -> Result<(), DrawError> {
-    fill_disc(memory, cx, cy, r, (color, blend))
+    fill_disc(memory, centre[0], centre[1], r, (color, blend))
 }
 
 /// Fills a disc. Its numbers arrive in registers: an array that the caller has just stored number by

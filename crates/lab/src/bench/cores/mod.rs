@@ -16,7 +16,7 @@ use schedule::{ThreadCosts, frame_time};
 use std::fmt;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use trace::{Recorder, Step};
+use trace::{PieceRecorder, Step};
 
 /// Frame times of a workload by the number of cores.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,7 +78,7 @@ pub fn run_on_cores(
     cores: &[usize],
 ) -> Result<CoresRow, Refusal> {
     let refuse = |reason: String| Refusal { workload, reason };
-    let recorder = Arc::new(Recorder::new());
+    let recorder = Arc::new(PieceRecorder::new());
     let mut one = options.clone();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).stack_size(DRAW_STACK_BYTES).build();
     one.render.pool = Some(Arc::new(pool.map_err(|e| refuse(e.to_string()))?));

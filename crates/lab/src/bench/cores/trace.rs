@@ -19,7 +19,7 @@ pub(super) enum Step {
 
 /// Records the steps of a frame.
 #[derive(Debug)]
-pub(super) struct Recorder(Mutex<Open>);
+pub(super) struct PieceRecorder(Mutex<Open>);
 
 #[derive(Debug)]
 struct Open {
@@ -34,10 +34,10 @@ struct Open {
     inner: usize,
 }
 
-impl Recorder {
+impl PieceRecorder {
     /// Creates a recorder; the frame begins now.
     pub fn new() -> Self {
-        Recorder(Mutex::new(Open::new()))
+        PieceRecorder(Mutex::new(Open::new()))
     }
 
     fn open(&self) -> MutexGuard<'_, Open> {
@@ -85,7 +85,7 @@ impl Open {
     }
 }
 
-impl PieceObserver for Recorder {
+impl PieceObserver for PieceRecorder {
     fn note(&self, event: PieceEvent) {
         let mut open = self.open();
         match event {
@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn a_frame_is_its_serial_parts_and_its_pieces_and_those_within_pieces_are_part_of_them() {
-        let recorder = Arc::new(Recorder::new());
+        let recorder = Arc::new(PieceRecorder::new());
         let executor = Executor::default().observed(Some(recorder.clone()));
         let wait = |ms| std::thread::sleep(Duration::from_millis(ms));
         recorder.begin();
