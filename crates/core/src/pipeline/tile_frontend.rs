@@ -139,7 +139,7 @@ impl PreparedDraw<'_> {
             Interpolation::Perspective => [1.0; 3],
             Interpolation::Affine => corners.map(|v| v.clip.w),
         };
-        let is_rough = is_rough(&plane, corners.map(|v| [v.clip.z, v.clip.w]), factors);
+        let is_rough = is_rough(&plane, corners.map(|v| [v.clip.z, v.clip.w]), factors, face.z_range);
         ExactFace {
             face: triangle,
             bounds,

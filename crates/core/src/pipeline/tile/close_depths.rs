@@ -73,12 +73,18 @@ pub(super) fn error_of_spread(spread: f32) -> f32 {
 
 /// Returns whether a face set up in f64 is rough: given its plane equation, z and w of its corners in
 /// clip space, and the factors of its barycentrics: 1, or w where they are linear on the screen.
-pub(crate) fn is_rough(plane: &PlaneEquation, corners: [[f64; 2]; 3], factors: [f64; 3]) -> bool {
+pub(crate) fn is_rough(
+    plane: &PlaneEquation,
+    corners: [[f64; 2]; 3],
+    factors: [f64; 3],
+    z_range: [f64; 2],
+) -> bool {
+    // z of the pixels is between 0 and 1, and within the corners' range but for what is bounded here.
+    let (low, high) = (z_range[0].max(0.0) - MOST_ERROR, z_range[1].min(1.0) + MOST_ERROR);
     let (mut difference, mut share) = (0.0, 0.0);
     for (([z, w], [_, x, y]), factor) in corners.into_iter().zip(plane.barycentrics).zip(factors) {
         let b = BESIDE * (x.abs() + y.abs()) / factor.abs();
-        // z of the face is between 0 and 1.
-        difference += b * z.abs().max((w - z).abs());
+        difference += b * (low * w - z).abs().max((high * w - z).abs());
         share += b * w.abs();
     }
     // A NaN is rough.

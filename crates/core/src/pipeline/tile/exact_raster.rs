@@ -37,11 +37,12 @@ pub(super) fn draw<S: Simd, D: DepthTest>(
         x1: b.x1.min(tile.x1),
         y1: b.y1.min(tile.y1),
     };
+    let is_apart = tile.is_apart(face.z_range);
     for outline in face.outlines.iter().flatten() {
         let count = spans_of(outline, clip, &mut spans);
         for (y, span) in &spans[..count] {
             tested += span.len() as u64;
-            passed += draw_span(s, test, face, *y, span.clone(), tile);
+            passed += draw_span(s, test, face, *y, (span.clone(), is_apart), tile);
         }
     }
     (tested, passed)
@@ -74,7 +75,7 @@ fn draw_span<S: Simd, D: DepthTest>(
     test: &D,
     face: &ExactFace,
     y: i32,
-    span: Range<i32>,
+    (span, is_apart): (Range<i32>, bool),
     tile: &mut Tile<'_>,
 ) -> u64 {
     let lanes = S::LANES as i32;
@@ -87,7 +88,7 @@ fn draw_span<S: Simd, D: DepthTest>(
         let is_whole = start == x && face.is_between && !(D::HAS_ERRORS && face.is_rough);
         let until = span.end.min(last_whole) & !(lanes - 1);
         if is_whole && until > start {
-            passed += draw_whole(s, test, face, (start, y), (until - start) as usize, tile);
+            passed += draw_whole(s, test, face, (start, y), ((until - start) as usize, is_apart), tile);
             x = until;
             continue;
         }
@@ -116,7 +117,8 @@ fn draw_span<S: Simd, D: DepthTest>(
     passed
 }
 
-/// Draws `count` columns from (x, y) on, all covered, in whole vectors. Returns the fragments
+/// Draws `count` columns from (x, y) on, all covered, in whole vectors; with `is_apart`, of a face that
+/// is close to no other. Returns the fragments
 /// passed.
 #[inline(always)]
 fn draw_whole<S: Simd, D: DepthTest>(
@@ -124,7 +126,7 @@ fn draw_whole<S: Simd, D: DepthTest>(
     test: &D,
     face: &ExactFace,
     (x, y): (i32, i32),
-    count: usize,
+    (count, is_apart): (usize, bool),
     tile: &mut Tile<'_>,
 ) -> u64 {
     let number = face.face as i32 | EXACT_FACE_BIT;
@@ -140,12 +142,17 @@ fn draw_whole<S: Simd, D: DepthTest>(
     let (mut passed, all) = (s.splat_i(0), s.mask(u32::MAX));
     let depth = &mut tile.depth[depth_at..depth_at + count];
     let is_level = test.slope(face) == 0.0;
+    let is_apart = !D::HAS_ERRORS || is_apart;
     let constant = if is_level { test.exact_words(s, face, x, y) } else { s.splat_i(0) };
     let mut column = x;
     for (depth, ids) in depth.chunks_exact_mut(S::LANES).zip(ids.chunks_exact_mut(S::LANES)) {
         let word = if is_level { constant } else { test.exact_words(s, face, column, y) };
-        let passes = test.passes(s, (column, y), all, (word, number), (depth, ids));
-        s.store_i(s.select_i(passes, word, s.load_i(depth)), depth);
+        let old = s.load_i(depth);
+        let passes = match is_apart {
+            true => test.is_nearer(s, word, old),
+            false => test.passes(s, (column, y), all, (word, number), (depth, ids)),
+        };
+        s.store_i(s.select_i(passes, word, old), depth);
         s.store_i(s.select_i(passes, id, s.load_i(ids)), ids);
         passed = s.increment(passes, passed);
         column += S::LANES as i32;
@@ -260,7 +267,7 @@ fn are_apart(tolerance: f32, faces: &[&ExactFace], tile: &mut Tile<'_>) -> bool 
     // Planes are apart in the tile if they are so at its corners, on the same side. Twice the
     // tolerance: here the planes themselves are compared, from which both renderers may differ.
     let margin = 2.0 * f64::from(tolerance);
-    let mut corners = [[0.0; 4]; MOST_STACKED];
+    let (mut corners, mut ranges) = ([[0.0; 4]; MOST_STACKED], [[0.0; 2]; MOST_STACKED]);
     let [low, high] = tile.depths.unwrap_or_else(|| tile.range_of_depths());
     let mut range = [low, high];
     let (right, bottom) = (tile.x1 - 1, tile.y1 - 1);
@@ -271,8 +278,12 @@ fn are_apart(tolerance: f32, faces: &[&ExactFace], tile: &mut Tile<'_>) -> bool 
         let [near, far] =
             corners[i].iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], z| [a.min(*z), b.max(*z)]);
         are_apart &= near - margin > f64::from(high) || far + margin < f64::from(low);
+        ranges[i] = [near, far];
         range = [range[0].min((near - margin) as f32), range[1].max((far + margin) as f32)];
-        for other in &corners[..i] {
+        for (other, [low, high]) in corners[..i].iter().zip(ranges) {
+            if near - margin > high || far + margin < low {
+                continue;
+            }
             let [mut is_before, mut is_behind] = [true; 2];
             for (z, other) in corners[i].iter().zip(other) {
                 is_before &= z + margin < *other;

@@ -50,6 +50,20 @@ impl Tile<'_> {
         PixelRect { x0: self.x0, y0: self.y0, x1: self.x1, y1: self.y1 }
     }
 
+    /// Adds the depths of a face to those that are known; not finite ones make them unknown.
+    pub fn add_depths(&mut self, [near, far]: [f32; 2]) {
+        let is_known = near.is_finite() && far.is_finite();
+        let known = self.depths.filter(|_| is_known);
+        self.depths = known.map(|[low, high]| [low.min(near.max(0.0)), high.max(far.max(0.0))]);
+    }
+
+    /// Returns whether depths in this range are farther than the tolerance from all of the draw's
+    /// faces in the tile so far.
+    pub fn is_apart(&self, [near, far]: [f32; 2]) -> bool {
+        let margin = 2.0 * self.tolerance;
+        self.depths.is_some_and(|[low, high]| near - margin > high || far.max(0.0) + margin < low)
+    }
+
     /// Returns the nearest and the farthest depth of the pixels that show faces of the draw.
     pub fn range_of_depths(&self) -> [f32; 2] {
         let [mut low, mut high] = NO_DEPTHS;

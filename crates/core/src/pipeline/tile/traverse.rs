@@ -115,8 +115,10 @@ impl<D: DepthTest> RasterKernel<'_, '_, D> {
                         continue;
                     }
                     if exact_raster::filling(&self.test, face, self.tile) != Filling::All {
-                        self.tile.depths = None;
                         let (t, p) = exact_raster::draw(s, &self.test, face, self.tile);
+                        if p > 0 {
+                            self.tile.add_depths(face.z_range);
+                        }
                         (done.tested, done.passed) = (done.tested + t, done.passed + p);
                         continue;
                     }
