@@ -117,9 +117,8 @@ fn draw_span<S: Simd, D: DepthTest>(
     passed
 }
 
-/// Draws `count` columns from (x, y) on, all covered, in whole vectors; with `is_apart`, of a face that
-/// is close to no other. Returns the fragments
-/// passed.
+/// Draws `count` columns from (x, y) on, all covered, in whole vectors; `is_apart` of a face that is
+/// close to no other. Returns the fragments passed.
 #[inline(always)]
 fn draw_whole<S: Simd, D: DepthTest>(
     s: S,
