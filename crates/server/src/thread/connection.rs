@@ -5,6 +5,7 @@
 //! notices for its owner. Runs on the render thread. Promises that work runs in the order of
 //! arrival, and that nothing runs while the connection waits for a frame, a job or its client.
 
+use super::work::Work;
 use crate::jobs::Ticket;
 use crate::message::{Batch, ConnectionSource, Item, Medium, Message, OpenConnection, Port};
 use crate::record::RECORD_MAGIC;
@@ -36,19 +37,6 @@ pub(super) const UNREAD_BYTES: usize = 256 << 10;
 
 /// Time between checks of a job that waits for a worker.
 const CHECK_JOBS: Duration = Duration::from_millis(100);
-
-/// A unit of queued work.
-enum Work {
-    Bytes {
-        batch: Batch,
-        at: usize,
-    },
-    Payload(LentPayload),
-    Item(Item),
-    /// The rest of the command that was suspended; runs before everything else.
-    Resume(Resume),
-    End(EndOfInput),
-}
 
 pub(super) struct Connection {
     pub id: u64,

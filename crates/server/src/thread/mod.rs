@@ -11,6 +11,7 @@
 
 pub(crate) mod connection;
 mod scheduler;
+mod work;
 
 use super::buffer_pool::{BufferPool, POOLED_BUFFER_BYTES};
 use super::client::Client;

@@ -34,6 +34,9 @@
 //! rough: if a pixel that it covers lies less than BESIDE inside an edge, it is set up in f64, and
 //! otherwise the roundings are all.
 //!
+//! Left out is what multiplying the draw's matrices into one changes in z: 1e-14 times the coordinates'
+//! reach over w. With a near plane at 0.01 and coordinates of 10 that is 1e-11.
+//!
 //! The depth of a face set up in f64 is off by the roundings of one run, less than 2e-7, and beside the
 //! face by the sum above, which [`is_rough`] evaluates. If that exceeds 2.4e-4, the pixels beside it take
 //! the plain path's words ([`CloseDepths::words_beside`]).

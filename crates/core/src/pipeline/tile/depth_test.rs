@@ -11,10 +11,10 @@
 use super::close_depths::{CloseDepths, Contest};
 use super::exact_faces::{self, ExactFace, STEEP};
 use super::tile_buffers::Tile;
-use crate::simd::{F32, I32, Mask, Simd};
+use crate::simd::{F32, I32, Mask, Part, Simd};
 
 /// Depth test of a format.
-pub(super) trait DepthTest {
+pub(super) trait DepthTest: Sized {
     /// Depth of a face with screen vertices, over the screen.
     type Plane: Copy;
     /// Depth of an exact face along a run of columns.
@@ -51,30 +51,17 @@ pub(super) trait DepthTest {
         contest.passes
     }
 
-    /// Returns the pixels among `covered` that the face `id` wins with `word`; `ids` and `old` are
-    /// their face ids and words so far.
+    /// Returns whether a face's words at `covered` are so close to those that are stored that
+    /// [`CloseWrite`] has to decide.
     #[inline(always)]
-    fn passes<S: Simd>(
-        &self,
-        s: S,
-        (x, y): (i32, i32),
-        covered: S::M,
-        (word, id): (S::I, i32),
-        (old, ids): (&[i32], &[i32]),
-    ) -> S::M {
-        let stored = s.load_i(old);
-        let passes = covered & self.is_nearer(s, word, stored);
-        if !Self::HAS_ERRORS {
-            return passes;
-        }
-        let close = covered & (stored.as_f32() - word.as_f32()).abs().le(s.splat(self.tolerance()));
-        if !close.any() {
-            return passes;
-        }
-        let mut words = [0; 16];
-        s.store_i(word, &mut words[..S::LANES]);
-        let (passes, close) = (passes.bits(), close.bits());
-        s.mask(self.decide(&Contest { at: [x, y], id, words, ids, old, passes, close }))
+    fn is_close<S: Simd>(&self, s: S, covered: S::M, word: S::I, old: S::I) -> bool {
+        Self::HAS_ERRORS && (covered & self.close(s, word, old)).any()
+    }
+
+    /// Returns the lanes where the words do not tell which is nearer.
+    #[inline(always)]
+    fn close<S: Simd>(&self, s: S, word: S::I, old: S::I) -> S::M {
+        (old.as_f32() - word.as_f32()).abs().le(s.splat(self.tolerance()))
     }
 
     /// Returns the lanes where `word` is nearer than `old`.
@@ -84,8 +71,51 @@ pub(super) trait DepthTest {
         (old ^ flip).gt(word ^ flip)
     }
 
-    /// Tests depth at LANES pixels from (x, y) on, where `covered`; writes word and face id where it
-    /// passes. Returns the lanes that passed.
+    /// Returns whether a face's words at LANES pixels from (x, y) on, where `covered`, are close to those
+    /// that are stored.
+    #[inline(always)]
+    fn is_close_at<S: Simd>(
+        &self,
+        s: S,
+        tile: &Tile<'_>,
+        (x, y): (i32, i32),
+        covered: S::M,
+        word: S::I,
+    ) -> bool {
+        if !Self::HAS_ERRORS || tile.depth.is_empty() {
+            return false;
+        }
+        let at = tile.depth_at(x, y);
+        self.is_close(s, covered, word, s.load_i(&tile.depth[at..at + S::LANES]))
+    }
+
+    /// Tests depth at LANES pixels from (x, y) on, where `covered`, by words that are not close; writes
+    /// word and face id where it passes. Returns the lanes that passed.
+    #[inline(always)]
+    fn write_apart<S: Simd>(
+        &self,
+        s: S,
+        tile: &mut Tile<'_>,
+        (x, y): (i32, i32),
+        covered: S::M,
+        word: S::I,
+        id: S::I,
+    ) -> S::M {
+        let mut passes = covered;
+        if !tile.depth.is_empty() {
+            let at = tile.depth_at(x, y);
+            let depth = &mut tile.depth[at..at + S::LANES];
+            let old = s.load_i(depth);
+            passes = covered & self.is_nearer(s, word, old);
+            s.store_i(s.select_i(passes, word, old), depth);
+        }
+        let at = tile.id_at(x, y);
+        let ids = &mut tile.ids[at..at + S::LANES];
+        s.store_i(s.select_i(passes, id, s.load_i(ids)), ids);
+        passes
+    }
+
+    /// Does the same where words may be close.
     #[inline(always)]
     fn write<S: Simd>(
         &self,
@@ -96,17 +126,12 @@ pub(super) trait DepthTest {
         word: S::I,
         (id, face): (S::I, i32),
     ) -> S::M {
-        let mut passes = covered;
-        let at = tile.id_at(x, y);
-        let depth_at = tile.depth_at(x, y);
-        let ids = &mut tile.ids[at..at + S::LANES];
-        if !tile.depth.is_empty() {
-            let depth = &mut tile.depth[depth_at..depth_at + S::LANES];
-            passes = self.passes(s, (x, y), covered, (word, face), (depth, ids));
-            s.store_i(s.select_i(passes, word, s.load_i(depth)), depth);
+        if !self.is_close_at(s, tile, (x, y), covered, word) {
+            return self.write_apart(s, tile, (x, y), covered, word, id);
         }
-        s.store_i(s.select_i(passes, id, s.load_i(ids)), ids);
-        passes
+        let (at, id_at) = (tile.depth_at(x, y), tile.id_at(x, y));
+        let (depth, ids) = (&mut tile.depth[at..at + S::LANES], &mut tile.ids[id_at..id_at + S::LANES]);
+        s.call(s, CloseWrite { test: self, at: [x, y], covered, word, id: face, depth, ids })
     }
 
     /// Returns whether a face wins a pixel with depths that are close.
@@ -166,6 +191,39 @@ pub(super) trait DepthTest {
     /// Returns the words at LANES columns from x on, which are `along` columns from the run's
     /// first.
     fn run_words<S: Simd>(&self, s: S, run: &Self::Run, x: i32, along: S::F) -> S::I;
+}
+
+/// Writes a face where some of its words are close to those that are stored: a function of its own, so
+/// that the usual case keeps its registers, and its masks stay masks.
+pub(super) struct CloseWrite<'k, S: Simd, D> {
+    pub test: &'k D,
+    /// First pixel, and the covered ones from there on.
+    pub at: [i32; 2],
+    pub covered: S::M,
+    pub word: S::I,
+    /// Face id, with the bit of exact faces.
+    pub id: i32,
+    /// Words and face ids of the pixels.
+    pub depth: &'k mut [i32],
+    pub ids: &'k mut [i32],
+}
+
+impl<S: Simd, D: DepthTest> Part<S> for CloseWrite<'_, S, D> {
+    type Output = S::M;
+
+    #[inline(always)]
+    fn run(self, s: S) -> S::M {
+        let CloseWrite { test, at, covered, word, id, depth, ids } = self;
+        let old = s.load_i(depth);
+        let passes = (covered & test.is_nearer(s, word, old)).bits();
+        let close = (covered & test.close(s, word, old)).bits();
+        let mut words = [0; 16];
+        s.store_i(word, &mut words[..S::LANES]);
+        let passes = s.mask(test.decide(&Contest { at, id, words, ids, old: depth, passes, close }));
+        s.store_i(s.select_i(passes, word, old), depth);
+        s.store_i(s.select_i(passes, s.splat_i(id), s.load_i(ids)), ids);
+        passes
+    }
 }
 
 /// Depths in f32, whose bits are ordered like the numbers.

@@ -1,6 +1,6 @@
 //! Rasterization of exact faces in a tile, by exact spans, and of stacks of faces that fill it.
 
-use super::depth_test::DepthTest;
+use super::depth_test::{CloseWrite, DepthTest};
 use super::edges::count_of;
 use super::exact_faces::{self, ExactFace, RUN};
 use super::grid::Grid;
@@ -147,12 +147,15 @@ fn draw_whole<S: Simd, D: DepthTest>(
     for (depth, ids) in depth.chunks_exact_mut(S::LANES).zip(ids.chunks_exact_mut(S::LANES)) {
         let word = if is_level { constant } else { test.exact_words(s, face, column, y) };
         let old = s.load_i(depth);
-        let passes = match is_apart {
-            true => test.is_nearer(s, word, old),
-            false => test.passes(s, (column, y), all, (word, number), (depth, ids)),
+        let passes = if !is_apart && test.is_close(s, all, word, old) {
+            let at = [column, y];
+            s.call(s, CloseWrite { test, at, covered: all, word, id: number, depth, ids })
+        } else {
+            let passes = test.is_nearer(s, word, old);
+            s.store_i(s.select_i(passes, word, old), depth);
+            s.store_i(s.select_i(passes, id, s.load_i(ids)), ids);
+            passes
         };
-        s.store_i(s.select_i(passes, word, old), depth);
-        s.store_i(s.select_i(passes, id, s.load_i(ids)), ids);
         passed = s.increment(passes, passed);
         column += S::LANES as i32;
     }

@@ -323,7 +323,12 @@ impl TileRow<'_> {
         }
         let [left, top, right, bottom] = reach.map(i32::from);
         let reach = PixelRect { x0: left.max(x0), y0: top.max(y0), x1: right.min(x1), y1: bottom.min(y1) };
-        let (tile, bytes, pick) = (&mut tile, &mut *buffers.bytes, buffers.pick.reborrow());
+        self.resolve(&mut tile, reach, &mut *buffers.bytes, buffers.pick.reborrow());
+        visits
+    }
+
+    /// Colours the pixels of a tile within `reach` that show faces.
+    fn resolve(&self, tile: &mut Tile<'_>, reach: PixelRect, bytes: &mut [u8], pick: PickCells<'_>) {
         let name = self.draw.job.name;
         match self.draw.job.shading.maps {
             None => {
@@ -341,7 +346,6 @@ impl TileRow<'_> {
             }
             Some(shade) => PixelResolve { shade, reach, tile, bytes, pick, name }.run(),
         }
-        visits
     }
 
     /// Returns the parameters of depth in f64, if depth is tested in it.

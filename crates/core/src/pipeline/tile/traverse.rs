@@ -162,7 +162,7 @@ impl<D: DepthTest> RasterKernel<'_, '_, D> {
                 continue;
             }
             prefetch::for_read(self.corners, face.face as usize);
-            done.passed += u64::from(raster::tiny(s, &self.test, face, self.tile, &mut passed));
+            done.passed += raster::tiny(s, &self.test, face, self.tile, &mut passed);
         }
         done.passed += raster::sum(s, passed);
         (at.larger, at.tiny) = (at.larger + 1, until);
