@@ -94,9 +94,19 @@ impl Workload {
         }
     }
 
-    /// Returns whether threads share its frame: not that of W6 and W7, which one thread draws.
+    /// Returns whether threads share its frame in pieces that an executor's observer is told of: not that
+    /// of W6 and W7, which one thread draws, nor S2 and S3, whose lists of faces and of objects are
+    /// divided by other means.
     pub fn is_shared(self) -> bool {
-        !matches!(self, Workload::LinesLong | Workload::LinesShort | Workload::PutPixel)
+        !matches!(
+            self,
+            Workload::LinesLong
+                | Workload::LinesShort
+                | Workload::PutPixel
+                | Workload::Layers64
+                | Workload::Objects10k
+                | Workload::Scene10k
+        )
     }
 
     /// Returns the workloads with a name, or with a name's beginning up to a `_` (`W4` is three),
