@@ -34,7 +34,7 @@ pub enum PieceEvent {
     PieceBegins,
     /// The piece of this thread ends.
     PieceEnds,
-    /// What follows runs on one thread.
+    /// End of the region: later work runs on one thread.
     RegionEnds,
 }
 

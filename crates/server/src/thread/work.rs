@@ -1,4 +1,4 @@
-//! What a connection has received and not run yet.
+//! Work of a connection that was received and has not run yet.
 
 use crate::message::{Batch, Item};
 use fbptr_command::{EndOfInput, LentPayload};

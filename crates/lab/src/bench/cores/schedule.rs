@@ -12,7 +12,7 @@ use super::trace::Step;
 use std::collections::VecDeque;
 use std::ops::Range;
 
-/// What threads cost, in seconds.
+/// Costs of threads, in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ThreadCosts {
     /// From the beginning of a region until a thread that slept has begun a piece.

@@ -1,5 +1,5 @@
-//! What one frame consists of: how long each piece of work takes that threads can share, and what runs
-//! on one thread between them.
+//! The parts of a frame: the time of each piece of work that threads can share, and of what runs on one
+//! thread between them.
 //!
 //! In: the events of a renderer whose pool has one thread, so that pieces run one after the other. Out:
 //! the steps of a frame in their order.
