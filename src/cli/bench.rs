@@ -31,7 +31,7 @@ pub(super) struct Bench {
     /// Draw W1 to W5 and S1 to S7 in fog
     #[arg(long)]
     fog: bool,
-    /// Simulate W1 to W5, S1 and S4 to S7 on these numbers of cores, from the time of each piece of a frame on one core
+    /// Simulate W1 to W5 and S1 to S7 on these numbers of cores, from the time of each piece of a frame on one core
     #[arg(long, value_name = "N,N..", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=1024))]
     cores: Vec<u16>,
     /// One JSON object a line instead of a table

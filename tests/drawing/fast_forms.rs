@@ -24,7 +24,8 @@ pub struct Shot {
     pub options: SceneOptions,
     /// Format of its depth.
     pub format: DepthFormat,
-    size: (u32, u32),
+    /// Width and height of the frame.
+    pub size: (u32, u32),
 }
 
 /// Result of a draw.

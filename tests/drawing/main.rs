@@ -14,6 +14,7 @@ mod fragments;
 mod framebuffer;
 mod hard_cases;
 mod hostile_arguments;
+mod interpolated_light;
 mod many_lights;
 mod pipeline_truth;
 mod plan_paths;

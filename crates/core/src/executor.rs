@@ -115,8 +115,14 @@ impl Executor {
     #[inline]
     pub fn piece(&self, piece: impl FnOnce()) {
         if !self.is_cancelled() {
-            self.noted([PieceEvent::PieceBegins, PieceEvent::PieceEnds], piece);
+            self.whole_piece(piece);
         }
+    }
+
+    /// Runs a piece of a region that is needed even if the work is cancelled.
+    #[inline]
+    pub fn whole_piece<R>(&self, piece: impl FnOnce() -> R) -> R {
+        self.noted([PieceEvent::PieceBegins, PieceEvent::PieceEnds], piece)
     }
 
     fn noted<R>(&self, [begins, ends]: [PieceEvent; 2], work: impl FnOnce() -> R) -> R {

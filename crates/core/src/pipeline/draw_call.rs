@@ -82,6 +82,9 @@ pub struct DrawCall<'a> {
     pub maps: Option<&'a SurfaceMaps>,
     /// Value that the pick buffer stores for this draw.
     pub name: u32,
+    /// Largest error, in steps of 1/255, of light that is interpolated over pixels of a large face;
+    /// `None` for less than can be seen.
+    pub light_error: Option<f64>,
 }
 
 impl<'a> DrawCall<'a> {
@@ -114,6 +117,7 @@ impl<'a> DrawCall<'a> {
             stages: None,
             maps: None,
             name: 0,
+            light_error: None,
         }
     }
 }
@@ -147,6 +151,7 @@ impl<'a> DrawCall<'a> {
             stages: object.style.stages.as_deref(),
             maps: object.style.maps.as_deref(),
             name: 0,
+            light_error: object.light_error,
         }
     }
 }

@@ -19,8 +19,7 @@ use super::target_rows::TargetRows;
 use super::tile::BlendedFace;
 use super::tile_frontend::{BlendedRaster, BlendedSetup, DrawContext};
 use super::working::FACE_ENTRY_BYTES;
-use crate::cancel::CancelToken;
-use crate::executor::{join, prelude::*};
+use crate::executor::{Executor, join};
 use crate::math::coverage::PixelRect;
 use crate::simd::Level;
 use std::fmt;
@@ -56,7 +55,7 @@ type PreparedFaceResult<'a> = (Option<PreparedFace<'a>>, DrawStats);
 /// face counts.
 const FACE_ITEMS: usize = 64;
 
-/// Number of faces below which the calling thread prepares them alone.
+/// Number of faces that are prepared together: up to it the calling thread does.
 const FEW_FACES: usize = 64;
 
 /// Returns the bytes for drawing `faces` faces in submission order, apart from their vertices.
@@ -117,14 +116,13 @@ pub(crate) fn draw_in_order(
     for batch in list.chunks(BATCH).take_while(|_| !executor.is_cancelled()) {
         let set_up = |&face: &(usize, u32)| set_up_face(all, &blended_setups, face);
         prepared_faces.clear();
+        prepared_faces.resize_with(batch.len(), Default::default);
         // A large face is set up row by row.
         preemption.without(target, batch.len() * FACE_ITEMS, || {
-            match pool.filter(|_| batch.len() >= FEW_FACES) {
-                None => prepared_faces.extend(batch.iter().map(set_up)),
-                Some(pool) => {
-                    pool.install(|| batch.par_iter().map(set_up).collect_into_vec(&mut prepared_faces))
-                }
-            }
+            executor.chunks(&mut prepared_faces, FEW_FACES, |run, out| {
+                let faces = &batch[run * FEW_FACES..];
+                out.iter_mut().zip(faces).for_each(|(out, face)| *out = set_up(face));
+            });
         });
         prepared_faces.iter().for_each(|(_, own)| *stats += *own);
         let faces = || prepared_faces.iter().filter_map(|(prepared_faces, _)| prepared_faces.as_ref());
@@ -137,14 +135,8 @@ pub(crate) fn draw_in_order(
         let rows = top.max(0) as u32..bottom.max(top).max(0) as u32;
         progress.clear();
         progress.resize_with(rows.len().div_ceil(BAND_ROWS as usize).max(1), AtomicU32::default);
-        let work = Work {
-            all,
-            faces: &prepared_faces,
-            level,
-            cancel: executor.cancel(),
-            first_row: rows.start,
-            progress: &progress,
-        };
+        let work =
+            Work { all, faces: &prepared_faces, level, executor, first_row: rows.start, progress: &progress };
         let pool = pool.filter(|_| pixels >= FEW_PIXELS);
         while !work.is_complete(pool.is_some()) && !executor.is_cancelled() {
             let (_, target_rows) = any.target_rows(target).split(rows.start);
@@ -152,7 +144,9 @@ pub(crate) fn draw_in_order(
             let slice = &Slice::new(preemption);
             let (own, written) = match pool {
                 None => work.draw_band(target_rows, &progress[0], slice),
-                Some(pool) => pool.install(|| work.share(target_rows, rows.clone(), slice)),
+                Some(pool) => {
+                    executor.region(|| pool.install(|| work.share(target_rows, rows.clone(), slice)))
+                }
             };
             *stats += own;
             target.memory.mark_rows(written);
@@ -202,7 +196,7 @@ struct Work<'w, 'a> {
     all: &'w [PreparedDraw<'a>],
     faces: &'w [PreparedFaceResult<'w>],
     level: Level,
-    cancel: &'w CancelToken,
+    executor: &'w Executor,
     first_row: u32,
     /// For each band, the number of faces that it has passed.
     progress: &'w [AtomicU32],
@@ -219,7 +213,9 @@ impl Work<'_, '_> {
     fn share(&self, target_rows: TargetRows, rows: Range<u32>, slice: &Slice) -> (DrawStats, Range<u32>) {
         if rows.len() as u32 <= BAND_ROWS {
             let band = ((rows.start - self.first_row) / BAND_ROWS) as usize;
-            return self.draw_band(target_rows, &self.progress[band], slice);
+            let mut drawn = (DrawStats::default(), 0..0);
+            self.executor.piece(|| drawn = self.draw_band(target_rows, &self.progress[band], slice));
+            return drawn;
         }
         let middle = rows.start + (rows.len() as u32 / 2).next_multiple_of(BAND_ROWS);
         let (above, below) = target_rows.split(middle);
@@ -256,7 +252,7 @@ impl Work<'_, '_> {
                 left = UNIT_PIXELS;
             }
             left -= FACE_COST + i64::from(rows.end - rows.start) * i64::from(f.bounds.x1 - f.bounds.x0);
-            if self.cancel.is_cancelled() {
+            if self.executor.is_cancelled() {
                 break;
             }
             let prepared = &self.all[f.object];

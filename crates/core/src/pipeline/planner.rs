@@ -234,12 +234,18 @@ fn plan_lighting(
             let by_tile = lighting.has_many_of_bounded_reach()
                 && call.camera.matrices(1.0).is_ok_and(|camera| !camera.is_parallel);
             let reason = match (asks.highlight, asks.place, by_tile) {
-                (true, _, false) => "SHADE phong: once a pixel, highlights where they reach 1/4 step",
-                (true, _, true) => {
-                    "SHADE phong: once a pixel, by the lights that reach its tile, highlights where they reach 1/4 step"
+                (true, _, false) => {
+                    "SHADE phong: once a pixel, large faces once in 4x4 where light is linear within 1/4 step; highlights where they reach 1/4 step"
                 }
-                (false, true, false) => "SHADE phong: once a pixel",
-                (false, true, true) => "SHADE phong: once a pixel, by the lights that reach its tile",
+                (true, _, true) => {
+                    "SHADE phong: once a pixel, large faces once in 4x4 where light is linear within 1/4 step; by the lights that reach its tile, highlights where they reach 1/4 step"
+                }
+                (false, true, false) => {
+                    "SHADE phong: once a pixel, large faces once in 4x4 where light is linear within 1/4 step"
+                }
+                (false, true, true) => {
+                    "SHADE phong: once a pixel, large faces once in 4x4 where light is linear within 1/4 step; by the lights that reach its tile"
+                }
                 (false, false, _) => "SHADE phong: once a pixel, and once a large face of one normal",
             };
             plan.add(Part::LightPixels, reason, lighting.light_count() as u64, 0);

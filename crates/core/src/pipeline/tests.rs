@@ -28,6 +28,7 @@ fn object(name: &str, mesh: Mesh, material: Material) -> Object {
         shade: None,
         texture: None,
         lights: None,
+        light_error: None,
         style: Default::default(),
     }
 }

@@ -28,6 +28,9 @@ pub struct Object {
     pub texture: Option<(Arc<Texture>, Sampling)>,
     /// Indices of the scene's lights that reach the object, or `None` for all.
     pub lights: Option<Vec<u32>>,
+    /// Largest error, in steps of 1/255, of light that is interpolated over pixels of a large face;
+    /// `None` for less than can be seen.
+    pub light_error: Option<f64>,
     /// Line and fill patterns, and multitexturing.
     pub style: Style,
 }

@@ -120,6 +120,7 @@ impl Scene {
             shade: None,
             texture: None,
             lights: None,
+            light_error: None,
             style: Default::default(),
         };
         Scene {

@@ -142,6 +142,13 @@ impl Level {
         self.dispatch_in::<K, K, K, K>(kernel)
     }
 
+    /// Runs a kernel in vectors of four lanes, whatever the CPU has: one that is not worth the code
+    /// of several levels.
+    #[inline]
+    pub(crate) fn in_four_lanes<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run(PORTABLE)
+    }
+
     /// Runs a kernel of long chains of dependent operations: as [`dispatch`](Level::dispatch) does,
     /// but over pairs of vectors where they have 8 lanes and pairs are faster.
     #[inline]

@@ -192,6 +192,7 @@ impl Engine {
             cull: self.rendering.view_overrides.cull.unwrap_or(s.cull),
             hide: self.rendering.view_overrides.hide.unwrap_or(s.hide),
             interp: s.interp,
+            light_error: None,
             is_dark: false,
             ndc_box: None,
             asked: (s.shade, s.hide),

@@ -43,6 +43,8 @@ pub(crate) struct MeshDraw {
     pub cull: Cull,
     pub hide: HiddenSurface,
     pub interp: Interpolation,
+    /// Largest error of interpolated light, in steps of 1/255; `None` for less than can be seen.
+    pub light_error: Option<f64>,
     /// Set if the draw is certainly black, whatever `QUALITY` makes of it.
     pub is_dark: bool,
     /// Rectangle around the mesh on the screen, if it was computed.
@@ -78,6 +80,7 @@ impl MeshDraw {
             hide: self.hide,
             interp: self.interp,
             name: self.id,
+            light_error: self.light_error,
             ..DrawCall::new(&self.geometry, &self.material, self.viewport.width, self.viewport.height)
         }
     }

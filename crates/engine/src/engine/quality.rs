@@ -82,6 +82,7 @@ impl Engine {
         let (chosen, ndc_box) = settings_of(&draw.call(), max_error, &mut self.rendering.shapes);
         draw.ndc_box = ndc_box;
         draw.shade = chosen.shade.unwrap_or(draw.shade);
+        draw.light_error = chosen.light_error;
         if let Some(lights) = chosen.lights {
             draw.lights = lights.iter().map(|i| draw.lights[*i as usize]).collect();
         }

@@ -208,6 +208,7 @@ impl Subject {
             shade: None,
             texture: self.texture.clone().map(|t| (t, self.sampling())),
             lights: None,
+            light_error: None,
             style: Default::default(),
         };
         Scene {

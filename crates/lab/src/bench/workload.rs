@@ -95,18 +95,9 @@ impl Workload {
     }
 
     /// Returns whether threads share its frame in pieces that an executor's observer is told of: not that
-    /// of W6 and W7, which one thread draws, nor S2 and S3, whose lists of faces and of objects are
-    /// divided by other means.
+    /// of W6 and W7, which one thread draws.
     pub fn is_shared(self) -> bool {
-        !matches!(
-            self,
-            Workload::LinesLong
-                | Workload::LinesShort
-                | Workload::PutPixel
-                | Workload::Layers64
-                | Workload::Objects10k
-                | Workload::Scene10k
-        )
+        !matches!(self, Workload::LinesLong | Workload::LinesShort | Workload::PutPixel)
     }
 
     /// Returns the workloads with a name, or with a name's beginning up to a `_` (`W4` is three),

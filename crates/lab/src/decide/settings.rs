@@ -107,6 +107,7 @@ struct ObjectWork {
     shade: ShadeMode,
     lights: Option<Vec<u32>>,
     sampling: Option<Sampling>,
+    light_error: Option<f64>,
 }
 
 impl DrawnWork {
@@ -117,6 +118,7 @@ impl DrawnWork {
             shade: o.shade.unwrap_or(options.shade),
             lights: o.lights.clone(),
             sampling: o.texture.as_ref().map(|t| t.1),
+            light_error: o.light_error,
         };
         let objects = scene.objects.iter().map(of_object).collect();
         DrawnWork { objects, interpolation: options.interp }

@@ -24,6 +24,7 @@ fn triangle_object(name: &str, points: [DVec3; 3], material: Material) -> Object
         shade: None,
         texture: None,
         lights: None,
+        light_error: None,
         style: Default::default(),
     }
 }

@@ -110,6 +110,7 @@ pub fn object(name: &str, mesh: Mesh) -> Object {
         shade: None,
         texture: None,
         lights: None,
+        light_error: None,
         style: Default::default(),
     }
 }

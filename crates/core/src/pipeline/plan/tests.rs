@@ -33,6 +33,7 @@ fn object(mesh: Mesh) -> Object {
         shade: None,
         texture: None,
         lights: None,
+        light_error: None,
         style: Default::default(),
     }
 }

@@ -59,6 +59,9 @@ pub(super) struct Cost {
     pub tables: f64,
 }
 
+/// Pixels of a face from which on it is set up in f64, and light may be interpolated over it.
+const LARGE_FACE: f64 = 1000.0;
+
 impl Cost {
     /// Returns the sum.
     pub fn sum(self) -> f64 {
@@ -119,6 +122,11 @@ impl<'a> ObjectCosts<'a> {
     /// Returns the cost of so many faces without light.
     pub fn faces_cost(&self, faces: usize) -> f64 {
         FACE * faces as f64
+    }
+
+    /// Returns whether faces have so many pixels in the mean that their light may be interpolated.
+    pub fn has_large_faces(&self) -> bool {
+        self.is_lit && self.pixels >= LARGE_FACE * self.faces
     }
 
     /// Returns whether choosing among so many lights is cheap beside drawing the object exactly.

@@ -15,6 +15,9 @@ use std::iter;
 /// pixels that an object covers may be three times too large.
 const TABLE_PART: f64 = 1.0 / 3.0;
 
+/// Least error, in steps, that light which is interpolated may have beyond what cannot be seen.
+const LEAST_LIGHT_ERROR: f64 = 0.5;
+
 /// Part of an object's cost that other settings must save: exact settings win ties.
 const LEAST_SAVING: f64 = 0.05;
 
@@ -29,17 +32,17 @@ pub fn prove(budget: &Budget, shapes: &mut MeshShapes) -> Choice {
     for (i, object) in budget.scene.objects.iter().enumerate() {
         let call = DrawCall::of_object(object, budget.scene, budget.options);
         let Some(to_clip) = shapes.clip_transform(&call) else { return choice };
-        let Some(chosen) = choose(&call, budget.max_error, to_clip, shapes) else {
+        let Some(mut chosen) = choose(&call, budget.max_error, to_clip, shapes) else {
             choice.unknown += 1;
             continue;
         };
         choice.unmeasured += usize::from(chosen.is_unmeasured);
-        chosen.detail.into_iter().for_each(|detail| choice.note_detail(detail));
+        chosen.detail.take().into_iter().for_each(|detail| choice.note_detail(detail));
         choice.costs = choice.costs.map(|cost| cost + chosen.exact);
-        if let Some(found) = chosen.found {
-            choice.costs[1] += found.cost - chosen.exact;
-            choice.proven = choice.proven.max(found.bound);
-            choice.settings[i] = found.settings;
+        choice.costs[1] += chosen.found.as_ref().map_or(0.0, |found| found.cost - chosen.exact);
+        if let Some((settings, bound)) = chosen.settings(&call, budget.max_error.steps) {
+            choice.proven = choice.proven.max(bound);
+            choice.settings[i] = settings;
         }
     }
     if choice.is_exact() {
@@ -61,7 +64,13 @@ pub fn settings_of(
     }
     let to_clip = shapes.clip_transform(call);
     match to_clip.and_then(|to_clip| choose(call, max_error, to_clip, shapes)) {
-        Some(Chosen { found, ndc_box, .. }) => (found.map(|f| f.settings).unwrap_or_default(), ndc_box),
+        Some(chosen) => {
+            let ndc_box = chosen.ndc_box;
+            (
+                chosen.settings(call, max_error.steps).map(|(settings, _)| settings).unwrap_or_default(),
+                ndc_box,
+            )
+        }
         None => Default::default(),
     }
 }
@@ -78,6 +87,29 @@ struct Chosen {
     detail: Option<Detail>,
     /// Rectangle around the mesh on the screen; `None` if it reaches the eye.
     ndc_box: Option<NdcBox>,
+    /// True if lights reach the mesh, and its faces have so many pixels that light may be interpolated.
+    has_large_faces: bool,
+}
+
+impl Chosen {
+    /// Returns the settings with their bound in steps; `None` for exact ones. What other settings leave
+    /// of E, the light of large faces gets.
+    fn settings(self, call: &DrawCall, max_error: f64) -> Option<(QualitySettings, f64)> {
+        let rounding = steps_of_rounding(call);
+        let is_exact = self.found.is_none();
+        let (mut settings, bound) = match self.found {
+            Some(found) => (found.settings, found.bound),
+            None => (QualitySettings::default(), rounding),
+        };
+        // Light that differs is rounded to bytes on top of its difference.
+        let left = max_error - bound.max(rounding + 1.0);
+        let is_lit = settings.shade.unwrap_or(call.shade) == ShadeMode::Phong;
+        if self.has_large_faces && is_lit && left >= LEAST_LIGHT_ERROR {
+            settings.light_error = Some(left);
+            return Some((settings, max_error));
+        }
+        (!is_exact).then_some((settings, bound))
+    }
 }
 
 /// Chooses the settings of a draw; `None` if its mesh is drawn for the first time. `to_clip` is
@@ -95,7 +127,11 @@ fn choose(
     let ndc_box = NdcBox::of(mesh_box.bounds, &from_object);
     let costs = ObjectCosts::of(call, covered_pixels(ndc_box, area));
     let exact = costs.drawing(call.shade, light_indices(call)).sum();
-    let mut chosen = Chosen { exact, found: None, is_unmeasured: false, detail: None, ndc_box };
+    let has_large_faces = costs.has_large_faces()
+        && light_indices(call).next().is_some()
+        && ShadedObject::of(call, mesh_box, None).is_some();
+    let mut chosen =
+        Chosen { exact, found: None, is_unmeasured: false, detail: None, ndc_box, has_large_faces };
     if max_error.shift > 0.0 && may_have_levels(&geometry.mesh) {
         let detail = detail_of(call, max_error, mesh_box, &from_object, shapes);
         chosen.found = with_level(call, max_error, mesh_box, &costs, &detail);
@@ -206,6 +242,7 @@ fn cheapest(shaded: &ShadedObject, lights: &[u32], max_error: f64, costs: &Objec
             let settings = QualitySettings {
                 shade: (shade != own).then_some(shade),
                 lights: (!dark.is_empty()).then_some(kept),
+                light_error: None,
                 level: None,
             };
             best = Some(Proven { settings, bound: total(delta), cost: cost.sum() });

@@ -11,6 +11,8 @@ pub struct QualitySettings {
     pub shade: Option<ShadeMode>,
     /// Indices of the lights that reach the object.
     pub lights: Option<Vec<u32>>,
+    /// Error, in steps of 1/255, of light that is interpolated over pixels of large faces.
+    pub light_error: Option<f64>,
     /// Level of detail of the mesh.
     pub level: Option<Level>,
 }
@@ -22,6 +24,7 @@ impl QualitySettings {
         if let Some(lights) = &self.lights {
             object.lights = Some(lights.clone());
         }
+        object.light_error = self.light_error.or(object.light_error);
         if let Some(level) = &self.level {
             object.geometry = level.geometry.clone();
         }
@@ -35,8 +38,9 @@ impl fmt::Display for QualitySettings {
             1 => "1 light".to_owned(),
             n => format!("{n} lights"),
         });
+        let light_error = self.light_error.map(|steps| format!("light within {steps} steps"));
         let level = self.level.as_ref().map(|l| format!("{} faces", l.geometry.mesh.triangles.len()));
-        let parts: Vec<String> = [shade, lights, level].into_iter().flatten().collect();
+        let parts: Vec<String> = [shade, lights, light_error, level].into_iter().flatten().collect();
         if parts.is_empty() { f.write_str("exact") } else { f.write_str(&parts.join(", ")) }
     }
 }

@@ -70,10 +70,13 @@ impl Renderer {
             draws.prepare(call, info, recycled)
         };
         match self.executor.pool() {
-            Some(pool) if calls.len() >= MANY_OBJECTS => pool.install(|| {
-                let lists = geometry_infos.par_drain(..).zip(&mut recycled[..]);
-                let each = calls.par_iter().zip(cameras.par_iter()).zip(lists);
-                all.par_extend(each.with_min_len(MANY_OBJECTS / 2).map(prepare));
+            Some(pool) if calls.len() >= MANY_OBJECTS => self.executor.region(|| {
+                pool.install(|| {
+                    let lists = geometry_infos.par_drain(..).zip(&mut recycled[..]);
+                    let each = calls.par_iter().zip(cameras.par_iter()).zip(lists);
+                    let prepare = |inputs| self.executor.whole_piece(|| prepare(inputs));
+                    all.par_extend(each.with_min_len(MANY_OBJECTS / 2).map(prepare));
+                });
             }),
             _ => {
                 let lists = geometry_infos.drain(..).zip(&mut recycled[..]);

@@ -343,7 +343,7 @@ impl BlendedShader<'_> {
             let (exact, beside) = exact_faces::exact_weights(s, exact_face, x, y);
             return (Barycentrics::new(exact, one), mask & beside);
         }
-        let p = exact_faces::weights(s, exact_face, x, y);
+        let p = exact_faces::weights(s, exact_face, [x, y], 1);
         let sum = (p[0] + p[1]) + p[2];
         let is_beside = p[0].lt(zero) | p[1].lt(zero) | p[2].lt(zero);
         (Barycentrics::new(p, one / sum), mask & (is_beside | !s.splat(1e-30).lt(sum)))

@@ -79,35 +79,50 @@ pub(super) fn between_near_and_far<S: Simd>(s: S, exact_face: &ExactFace, z: S::
 #[inline(always)]
 pub(super) fn depths<S: Simd>(s: S, exact_face: &ExactFace, x: i32, y: i32) -> S::F {
     let (plane, [low, high]) = (&exact_face.plane, exact_face.z_range);
-    let z = linear(s, plane, plane.z, plane.z[1].abs() <= STEEP, x, y);
+    let z = linear(s, plane, plane.z, plane.z[1].abs() <= STEEP, [x, y], 1);
     z.max(s.splat(low)).min(s.splat(high))
 }
 
-/// Returns the barycentrics b of an exact face at LANES pixels from (x, y) on: b / sum(b) are the
-/// corners' weights, 1 / sum(b) is w.
+/// Returns the barycentrics b of an exact face at LANES pixels from (x, y) on, one in `step` columns:
+/// b / sum(b) are the corners' weights, 1 / sum(b) is w.
 #[inline(always)]
-pub fn weights<S: Simd>(s: S, exact_face: &ExactFace, x: i32, y: i32) -> [S::F; 3] {
+pub fn weights<S: Simd>(s: S, exact_face: &ExactFace, at: [i32; 2], step: i32) -> [S::F; 3] {
     let (plane, has_runs) = (&exact_face.plane, exact_face.is_gentle);
     [
-        linear(s, plane, plane.barycentrics[0], has_runs, x, y),
-        linear(s, plane, plane.barycentrics[1], has_runs, x, y),
-        linear(s, plane, plane.barycentrics[2], has_runs, x, y),
+        linear(s, plane, plane.barycentrics[0], has_runs, at, step),
+        linear(s, plane, plane.barycentrics[1], has_runs, at, step),
+        linear(s, plane, plane.barycentrics[2], has_runs, at, step),
     ]
 }
 
-/// Evaluates a linear function at LANES pixels from (x, y) on, in f64, or in f32 along runs that
-/// begin in f64. The values depend neither on the vector width nor on its alignment.
+/// Returns the lanes that lie well inside the unsnapped face, by their barycentrics.
 #[inline(always)]
-fn linear<S: Simd>(s: S, plane: &PlaneEquation, function: [f64; 3], has_runs: bool, x: i32, y: i32) -> S::F {
+pub(super) fn inside<S: Simd>(s: S, exact_face: &ExactFace, [a, b, c]: [S::F; 3]) -> S::M {
+    let [p, q, r] = exact_face.corner_w.map(f32::abs);
+    let least = (a * s.splat(p)).min(b * s.splat(q)).min(c * s.splat(r));
+    s.splat(BESIDE_SHARE).lt(least)
+}
+
+/// Evaluates a linear function at LANES pixels from (x, y) on, one in `step` columns, in f64, or in f32
+/// along runs that begin in f64. The values depend neither on the vector width nor on its alignment.
+#[inline(always)]
+fn linear<S: Simd>(
+    s: S,
+    plane: &PlaneEquation,
+    function: [f64; 3],
+    has_runs: bool,
+    [x, y]: [i32; 2],
+    step: i32,
+) -> S::F {
     let slope = function[1] as f32;
-    if has_runs && x & (S::LANES as i32 - 1) == 0 {
+    if has_runs && step == 1 && x & (S::LANES as i32 - 1) == 0 {
         let base = x & !(RUN - 1);
         let along = (s.iota() + s.splat_i(x - base)).to_f32();
         return s.splat(plane.at(function, base, y) as f32) + s.splat(slope) * along;
     }
     let mut lanes = [0f32; 16];
     for (i, lane) in lanes[..S::LANES].iter_mut().enumerate() {
-        let column = x + i as i32;
+        let column = x + i as i32 * step;
         let base = column & !(RUN - 1);
         *lane = match has_runs {
             true => plane.at(function, base, y) as f32 + slope * (column - base) as f32,
@@ -123,10 +138,8 @@ const BESIDE_SHARE: f32 = 1e-4;
 /// Returns the lanes that may lie beside the unsnapped face, of the pixels from (x, y) on.
 #[inline(always)]
 pub(super) fn beside<S: Simd>(s: S, exact_face: &ExactFace, x: i32, y: i32) -> S::M {
-    let [a, b, c] = weights(s, exact_face, x, y);
-    let [p, q, r] = exact_face.corner_w.map(f32::abs);
-    let least = (a * s.splat(p)).min(b * s.splat(q)).min(c * s.splat(r));
-    !s.splat(BESIDE_SHARE).lt(least)
+    let at = weights(s, exact_face, [x, y], 1);
+    !inside(s, exact_face, at)
 }
 
 /// Returns whether the centres of a box of pixels all lie inside the unsnapped face.

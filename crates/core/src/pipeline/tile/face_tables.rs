@@ -7,10 +7,12 @@
 use super::attribute_fetch::{Corners, Few, MOST_FEW, gather3, most_few};
 use super::exact_faces::{self, ExactFace};
 use super::interpolate::{Barycentrics, FragmentInputs, add};
+use super::light_grid::{self, CELL, LightGrid};
 use super::lighting::{MaterialLighting, light, pack, splat3};
-use super::shading_state::{ColorSource, Shading};
+use super::shading_state::{ColorSource, MaterialBinding, Shading};
 use super::tile_buffers::{EXACT_FACE_BIT, NO_FACE};
 use super::vertex::ScreenVertex;
+use crate::math::coverage::PixelRect;
 use crate::simd::{F32, I32, Mask, Simd, prefetch};
 
 /// Function that finds the set-up of a face in f64.
@@ -175,20 +177,21 @@ impl Faces<'_> {
     }
 
     /// Returns the packed colours of pixels of one face that was set up in f64, and the lanes where
-    /// f32 lacks the digits.
+    /// f32 lacks the digits. With a grid its corners are lit, from the first given row and column on.
     #[inline(always)]
-    pub fn exact_face<S: Simd>(
+    pub(super) fn exact_face<S: Simd>(
         &self,
         s: S,
         mask: S::M,
         exact_face: &ExactFace,
-        x: i32,
-        y: i32,
+        [x, y]: [i32; 2],
+        grid: Option<(&mut LightGrid, [usize; 2])>,
     ) -> (S::I, S::M) {
         let shading = self.shading;
         let face = exact_face.face as usize;
-        let [b0, b1, b2] = exact_faces::weights(s, exact_face, x, y);
-        let p = match exact_face.is_cut {
+        let step = if grid.is_some() { CELL } else { 1 };
+        let [b0, b1, b2] = exact_faces::weights(s, exact_face, [x, y], step);
+        let p = match exact_face.is_cut || grid.is_some() {
             true => [b0, b1, b2],
             false => exact_faces::clamped(s, exact_face, [b0, b1, b2]),
         };
@@ -201,7 +204,7 @@ impl Faces<'_> {
             barycentrics.below =
                 [b0 + s.splat(g0[2] as f32), b1 + s.splat(g1[2] as f32), b2 + s.splat(g2[2] as f32)];
         }
-        let [c0, c1, c2, material] = self.corners[face];
+        let [c0, c1, c2, _] = self.corners[face];
         let corners =
             Corners::<'_, S>::One([c0.to_bits() as usize, c1.to_bits() as usize, c2.to_bits() as usize]);
         let turn = s.mask(if exact_face.is_normal_flipped { u32::MAX } else { 0 });
@@ -211,14 +214,61 @@ impl Faces<'_> {
             barycentrics.w = s.splat(1.0);
         }
         let faces = s.splat_i(exact_face.face as i32);
-        let back = if exact_face.is_back { shading.back } else { 0 };
-        let at = (s.iota() + s.splat_i(x), s.splat_i(y));
+        let at = (s.iota() * s.splat_i(step) + s.splat_i(x), s.splat_i(y));
         let inputs = FragmentInputs { faces, corners, barycentrics, turn, at };
-        let binding = &shading.bindings[(material.to_bits() as i32 + back) as usize];
-        let (color, needs_f64) = shading.shader.shade(s, mask, binding, &inputs);
-        let needs_w = shading.is_affine
-            && (matches!(shading.shader.source, ColorSource::Pixels(_)) || shading.shader.fog.is_some());
-        (color, if needs_w { mask } else { needs_f64 | off })
+        let binding = self.binding_of(exact_face);
+        let shader = &shading.shader;
+        let (mut lit, mut needs_f64) = shader.lit(s, mask, &binding.lighting, &inputs);
+        if let Some((grid, at)) = grid {
+            let inside = exact_faces::inside(s, exact_face, p);
+            grid.keep(s, at, shader, &inputs, &lit, inside & !(needs_f64 | off));
+            return (s.splat_i(0), mask);
+        }
+        if let Some(texture) = &binding.texture {
+            needs_f64 = needs_f64 | shader.texture(s, mask, texture, &inputs, &mut lit);
+        }
+        let needs_w =
+            shading.is_affine && (matches!(shader.source, ColorSource::Pixels(_)) || shader.fog.is_some());
+        (shader.finish(s, &lit), if needs_w { mask } else { needs_f64 | off })
+    }
+
+    /// Returns the material of a face that was set up in f64.
+    #[inline(always)]
+    fn binding_of(&self, exact_face: &ExactFace) -> &MaterialBinding<'_> {
+        let [_, _, _, material] = self.corners[exact_face.face as usize];
+        let back = if exact_face.is_back { self.shading.back } else { 0 };
+        &self.shading.bindings[(material.to_bits() as i32 + back) as usize]
+    }
+
+    /// Returns whether faces may have grids of light: they are lit per pixel, and nothing but light
+    /// makes their colour.
+    pub(super) fn may_have_grids(&self) -> bool {
+        let shader = &self.shading.shader;
+        matches!(shader.source, ColorSource::Pixels(_))
+            && shader.fog.is_none()
+            && shader.colors.is_empty()
+            && !self.shading.is_affine
+    }
+
+    /// Returns whether a face may have a grid of light in a tile that pays.
+    pub(super) fn may_have_grid(&self, exact_face: &ExactFace, tile: PixelRect) -> bool {
+        let binding = self.binding_of(exact_face);
+        self.may_have_grids()
+            && binding.texture.is_none()
+            && !binding.lighting.lights.is_empty()
+            && light_grid::may_pay(exact_face.bounds, tile)
+    }
+
+    /// Decides which cells of a grid are interpolated, in the row of blocks that has a row of cells.
+    pub(super) fn decide_cells(
+        &self,
+        grid: &mut LightGrid,
+        exact_face: &ExactFace,
+        row: usize,
+        columns: i32,
+    ) {
+        let (shading, lighting) = (self.shading, &self.binding_of(exact_face).lighting);
+        grid.decide(row, columns, lighting, shading.shader.eye, shading.light_error);
     }
 
     /// Returns the packed colour of a face that was set up in f64, if a cheap test shows that it has

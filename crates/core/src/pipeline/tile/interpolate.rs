@@ -4,7 +4,7 @@
 use super::attribute_fetch::{Corners, blend, gather3};
 use super::lighting::{MaterialLighting, V3, dot, light, pack, scale, splat3};
 use super::sampler::{SampleCoord, TextureSampler, UvDerivatives};
-use super::shading_state::{ColorSource, Eye, FragmentShader, MaterialBinding};
+use super::shading_state::{ColorSource, Eye, FragmentShader};
 use crate::simd::{F32, I32, Simd};
 
 /// Barycentrics of a vector of pixels on the faces that they show.
@@ -48,24 +48,41 @@ pub struct ReflectedLight<S: Simd> {
 }
 
 impl FragmentShader<'_> {
-    /// Returns the packed colours of pixels that show this material, and the lanes where f32 lacks
+    /// Multiplies the light of pixels by the texels that they show; returns the lanes where f32 lacks
     /// the digits.
     #[inline(always)]
-    pub(super) fn shade<S: Simd>(
+    pub(super) fn texture<S: Simd>(
         &self,
         s: S,
         mask: S::M,
-        binding: &MaterialBinding<'_>,
+        texture: &TextureSampler<'_>,
         inputs: &FragmentInputs<'_, S>,
-    ) -> (S::I, S::M) {
-        let (mut lit, mut needs_f64) = self.lit(s, mask, &binding.lighting, inputs);
-        if let Some(texture) = &binding.texture {
-            let sample_coord = self.sample_coord(s, mask, texture, inputs);
-            let texel_addresses = texture.texel_addresses(s, mask, &sample_coord);
-            needs_f64 = needs_f64 | texel_addresses.needs_f64();
-            lit.multiply(texture.texel(s, mask, &sample_coord, &texel_addresses));
+        lit: &mut ReflectedLight<S>,
+    ) -> S::M {
+        let sample_coord = self.sample_coord(s, mask, texture, inputs);
+        let texel_addresses = texture.texel_addresses(s, mask, &sample_coord);
+        lit.multiply(texture.texel(s, mask, &sample_coord, &texel_addresses));
+        texel_addresses.needs_f64()
+    }
+
+    /// Returns the positions of pixels in shading space times q = 1/w, which are linear over the
+    /// screen; 0 where nothing depends on them.
+    #[inline(always)]
+    pub(super) fn place_times_q<S: Simd>(
+        &self,
+        s: S,
+        mask: S::M,
+        inputs: &FragmentInputs<'_, S>,
+        q: S::F,
+    ) -> V3<S> {
+        match self.eye {
+            Eye::Perspective { ray } => ray_at(s, ray, inputs.at.0, inputs.at.1),
+            _ if self.positions.is_empty() => [s.splat(0.0); 3],
+            _ => {
+                let position = blend(s, mask, self.positions, &inputs.corners, inputs.barycentrics.weights());
+                scale::<S>(position, q)
+            }
         }
-        (self.finish(s, &lit), needs_f64)
     }
 
     /// Returns the light of pixels that show a material, and the lanes where f32 lacks the digits.

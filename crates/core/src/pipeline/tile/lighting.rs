@@ -56,6 +56,8 @@ pub struct FastLight {
     /// Square of the distance beyond which it gives nothing, or so little that it is left out: an
     /// eighth of a step of a byte, over all lights. Below 0 for a light that reaches nothing.
     pub reach2: f32,
+    /// True if that distance is one of fading, not the light's radius.
+    pub is_reach_faded: bool,
     /// Square of a cosine below which a point is outside of the cone; below 0 for none.
     pub least_cosine2: f32,
     /// Ka times the light's own ambient colour.
@@ -175,8 +177,9 @@ impl MaterialLighting {
             let distance = if sum > 0.0 { 2.0 * sum / (l + (l * l + 4.0 * q * sum).sqrt()) } else { 0.0 };
             // Rounded up by more than f32 loses.
             let squared = (distance * distance * (1.0 + 1e-5)) as f32;
-            if squared.is_finite() {
-                light.reach2 = light.reach2.min(squared.max(f32::MIN_POSITIVE));
+            if squared < light.reach2 {
+                light.reach2 = squared.max(f32::MIN_POSITIVE);
+                light.is_reach_faded = true;
             }
         }
     }
@@ -410,7 +413,7 @@ fn in_cone<S: Simd>(s: S, light: &FastLight, d: V3<S>, inverse: S::F, strength: 
 /// Returns the angle in 0..pi of a cosine, to about 2e-7: Abramowitz, Stegun, "Handbook of
 /// mathematical functions", 4.4.46.
 #[inline(always)]
-fn acos<S: Simd>(s: S, cos: S::F) -> S::F {
+pub(super) fn acos<S: Simd>(s: S, cos: S::F) -> S::F {
     let one = s.splat(1.0);
     let x = cos.abs().min(one);
     let mut series = s.splat(-0.001_262_491_1);

@@ -12,6 +12,7 @@ use super::attribute_fetch::Few;
 use super::exact_faces::ExactFace;
 use super::face_tables::Faces;
 use super::interpolate::FragmentInputs;
+use super::light_grid::{CELL, LightGrid, LightGrids};
 use super::texture_queue::{QUEUE_CAPACITY, TextureQueue};
 use super::tile_buffers::{EXACT_FACE_BIT, ID_STRIDE, NO_FACE, Tile};
 use crate::math::coverage::PixelRect;
@@ -40,6 +41,32 @@ struct CachedFace<'a, S: Simd> {
     exact_face: Option<&'a ExactFace>,
     /// Packed colour; `None` if the face has more than one.
     color: Option<S::I>,
+    /// Index of its grid in `grids`, if it may have one.
+    grid: Option<usize>,
+    grids: LightGrids,
+}
+
+impl<'a, S: Simd> CachedFace<'a, S> {
+    /// Makes it the face of an id.
+    #[inline(always)]
+    fn look_up(&mut self, s: S, faces: &Faces<'a>, tile: &Tile<'_>, id: i32) {
+        let face = id & !EXACT_FACE_BIT;
+        if self.face != face {
+            self.face = face;
+            self.exact_face = (faces.exact_face)(face as u32);
+            self.color = faces.only_color(s, face as usize, self.exact_face);
+            self.grid = self.open_grid(faces, tile.rect());
+        }
+    }
+
+    /// Gives the face a grid of light, if that may pay.
+    fn open_grid(&mut self, faces: &Faces<'_>, tile: PixelRect) -> Option<usize> {
+        let exact_face = self.exact_face?;
+        if self.color.is_some() || !faces.may_have_grid(exact_face, tile) {
+            return None;
+        }
+        Some(self.grids.open(self.face))
+    }
 }
 
 /// Columns and rows that are shaded together: four blocks of 4x4 pixels, so that each face needs
@@ -53,11 +80,18 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
 
     #[inline(always)]
     fn run<S: Simd>(mut self, s: S) {
-        let mut cached = CachedFace { face: NO_FACE, exact_face: None, color: None };
+        let mut cached = CachedFace {
+            face: NO_FACE,
+            exact_face: None,
+            color: None,
+            grid: None,
+            grids: LightGrids::none(),
+        };
         // Only textured pixels are queued.
         let is_textured = self.faces.shading.bindings.iter().any(|binding| binding.texture.is_some());
         let mut queue = if is_textured { Some(TextureQueue::new(s)) } else { None };
         let mut few = Few::new(s);
+        let has_grids = self.faces.may_have_grids();
         let (x0, y0) = (self.tile.x0, self.tile.y0);
         let left = x0 + ((self.reach.x0 - x0) & !(STRIP[0] - 1));
         let mut y = y0 + ((self.reach.y0 - y0) & !(STRIP[1] - 1));
@@ -69,14 +103,17 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
                     continue;
                 }
                 let (has_narrow, has_exact) = self.look(s, x, y);
+                if (has_narrow | has_exact) && !self.pick.ids.is_empty() {
+                    keep_ids(self.tile, &mut self.pick, self.name, x, y);
+                }
                 if has_narrow {
                     self.blocks(s, x, y, &mut few, &mut queue);
                 }
                 if has_exact {
+                    if has_grids {
+                        self.interpolated_cells(s, x, y, &mut cached);
+                    }
                     self.exact_rows(s, x, y, &mut cached);
-                }
-                if (has_narrow | has_exact) && !self.pick.ids.is_empty() {
-                    keep_ids(self.tile, &mut self.pick, self.name, x, y);
                 }
                 x += STRIP[0];
             }
@@ -340,19 +377,15 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             let id = numbers[left.bits().trailing_zeros() as usize];
             let same = left & ids.eq(s.splat_i(id));
             left = left & !same;
-            let face = id & !EXACT_FACE_BIT;
-            if cached.face != face {
-                let exact_face = (self.faces.exact_face)(face as u32);
-                let color = self.faces.only_color(s, face as usize, exact_face);
-                *cached = CachedFace { face, exact_face, color };
-            }
+            cached.look_up(s, &self.faces, self.tile, id);
             if let Some(color) = cached.color {
                 s.store_masked_bytes(same, color, &mut self.bytes[at..at + S::LANES * 4]);
                 continue;
             }
             let mut plain = same;
             if let Some(exact_face) = cached.exact_face {
-                let part = ShadeExactFace { faces: &self.faces, mask: same, exact_face, at: [x, y] };
+                let part =
+                    ShadeExactFace { faces: &self.faces, mask: same, exact_face, at: [x, y], grid: None };
                 let (color, needs_f64) = s.call(s, part);
                 s.store_masked_bytes(same & !needs_f64, color, &mut self.bytes[at..at + S::LANES * 4]);
                 plain = same & needs_f64;
@@ -364,6 +397,109 @@ impl<'a> ResolveKernel<'a, '_, '_> {
                 self.plain_pixel(id, x + lane, y);
             }
         }
+    }
+}
+
+impl<'a> ResolveKernel<'a, '_, '_> {
+    /// Shades the pixels of a strip whose light is interpolated, cell by cell, and takes their faces'
+    /// ids away.
+    #[inline(always)]
+    fn interpolated_cells<S: Simd>(&mut self, s: S, x: i32, y: i32, cached: &mut CachedFace<'a, S>) {
+        let height = S::LANES as i32 / CELL;
+        let mut column = x;
+        // The frame's last columns may be less than a cell.
+        while column + CELL <= (x + STRIP[0]).min(self.tile.x1) {
+            let mut row = y;
+            while row < y + STRIP[1] {
+                let at = self.tile.id_at(column, row);
+                let ids = s.load_block(&self.tile.ids[at..], ID_STRIDE);
+                let mut left = ids.gt(s.splat_i(EXACT_FACE_BIT - 1));
+                while left.any() {
+                    let lane = left.bits().trailing_zeros() as usize;
+                    let id = self.tile.ids[at + lane / 4 * ID_STRIDE + lane % 4];
+                    let same = left & ids.eq(s.splat_i(id));
+                    left = left & !same;
+                    cached.look_up(s, &self.faces, self.tile, id);
+                    if let Some(color) = self.interpolated(s, cached, (column, row)) {
+                        let first = self.tile.pixel_at(column, row);
+                        s.store_block_bytes(same, color, &mut self.bytes[first * 4..], self.tile.width);
+                        take_away(&mut self.tile.ids[at..], same.bits());
+                    }
+                }
+                row += height;
+            }
+            column += CELL;
+        }
+    }
+
+    /// Returns the packed colours of a block of pixels of the cached face in one cell, if their light
+    /// is interpolated.
+    #[inline(always)]
+    fn interpolated<S: Simd>(
+        &mut self,
+        s: S,
+        cached: &mut CachedFace<'a, S>,
+        (x, y): (i32, i32),
+    ) -> Option<S::I> {
+        let (slot, exact_face) = (cached.grid?, cached.exact_face?);
+        let grid = cached.grids.get(slot)?;
+        let (row, column) = ((y - self.tile.y0) / CELL, (x - self.tile.x0) / CELL);
+        let cell = [row as usize, column as usize];
+        if !grid.has_cells(cell[0]) {
+            s.call(
+                s,
+                LightCorners { faces: &self.faces, exact_face, tile: self.tile.rect(), grid, row: cell[0] },
+            );
+        }
+        grid.is_linear(cell).then(|| grid.colors(s, cell, (y - self.tile.y0) % CELL))
+    }
+}
+
+/// Takes the ids of the pixels of a block away that are given by bits.
+#[inline(always)]
+fn take_away(ids: &mut [i32], mut bits: u32) {
+    while bits != 0 {
+        let lane = bits.trailing_zeros() as usize;
+        let (row, four) = (lane / 4 * ID_STRIDE, bits >> (lane & !3) & 15);
+        if four == 15 {
+            ids[row..row + 4].fill(NO_FACE);
+        } else {
+            (0..4).filter(|column| four >> column & 1 == 1).for_each(|column| ids[row + column] = NO_FACE);
+        }
+        bits &= !(15 << (lane & !3));
+    }
+}
+
+/// Lighting the corners that a row of cells lacks, and deciding which cells are interpolated.
+struct LightCorners<'k, 'a> {
+    faces: &'k Faces<'a>,
+    exact_face: &'k ExactFace,
+    tile: PixelRect,
+    grid: &'k mut LightGrid,
+    row: usize,
+}
+
+impl<S: Simd> Part<S> for LightCorners<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self, s: S) {
+        let LightCorners { faces, exact_face, tile, grid, row } = self;
+        let columns = tile.x1 - tile.x0;
+        let count = LightGrid::corner_count(columns);
+        while let Some(missing) = grid.missing_corners(row) {
+            let y = tile.y0 + missing as i32 * CELL;
+            let mut corner = 0;
+            while corner < count {
+                let at = [tile.x0 + corner as i32 * CELL, y];
+                let of_grid = Some((&mut *grid, [missing, corner]));
+                let mask = s.mask(u32::MAX);
+                s.call(s, ShadeExactFace { faces, mask, exact_face, at, grid: of_grid });
+                corner += S::LANES;
+            }
+            grid.finish_corners(missing);
+        }
+        faces.decide_cells(grid, exact_face, row, columns);
     }
 }
 
@@ -388,6 +524,8 @@ struct ShadeExactFace<'k, 'a, S: Simd> {
     mask: S::M,
     exact_face: &'k ExactFace,
     at: [i32; 2],
+    /// A grid whose corners are lit in place of neighbouring pixels: their row and first column.
+    grid: Option<(&'k mut LightGrid, [usize; 2])>,
 }
 
 impl<S: Simd> Part<S> for ShadeExactFace<'_, '_, S> {
@@ -395,7 +533,7 @@ impl<S: Simd> Part<S> for ShadeExactFace<'_, '_, S> {
 
     #[inline(always)]
     fn run(self, s: S) -> (S::I, S::M) {
-        self.faces.exact_face(s, self.mask, self.exact_face, self.at[0], self.at[1])
+        self.faces.exact_face(s, self.mask, self.exact_face, self.at, self.grid)
     }
 }
 

@@ -89,6 +89,8 @@ pub struct Shading<'a> {
     /// Sign of the screen area of faces whose normals are flipped: 1 clockwise, -1
     /// counter-clockwise, 0 none.
     pub flip_normal: i32,
+    /// Largest error of light that is interpolated over cells of pixels, in units of colour.
+    pub light_error: f32,
     /// Shades one pixel by the plain path.
     pub plain: PlainPixel<'a>,
     /// Shades every pixel by the plain path, if the draw has surface maps.

@@ -15,6 +15,7 @@ use super::face_tables::{ExactFaceLookup, Faces};
 use super::grid::Grid;
 use super::hierarchical_z::HierarchicalZKernel;
 use super::kept_ids::remove_earlier;
+use super::light_grid;
 use super::pixel_resolve::PixelResolve;
 use super::resolve::ResolveKernel;
 use super::scratch::Scratch;
@@ -332,7 +333,7 @@ impl TileRow<'_> {
         let name = self.draw.job.name;
         match self.draw.job.shading.maps {
             None => {
-                let lights = lights_of_tile(self.faces.shading, reach);
+                let lights = lights_of_tile(self.faces.shading, light_grid::reach(tile.rect()));
                 let of_tile =
                     lights.as_ref().map(|l| Shading { bindings: &l.bindings, ..*self.faces.shading });
                 // Of this lifetime, as the lights are.

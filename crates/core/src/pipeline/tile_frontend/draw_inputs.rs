@@ -10,7 +10,7 @@ use crate::pipeline::plan::Part;
 use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::tile::{
     ColorSource, DepthEncoder, DepthF64, DrawJob, Eye, FogParams, FragmentShader, MaterialBinding,
-    RecycledBindings, ReferenceFace, Shading, ToScreen, Winding,
+    RecycledBindings, ReferenceFace, Shading, ToScreen, UNSEEN, Winding,
 };
 use crate::scene::{Cull, Interpolation, ShadeMode};
 
@@ -143,6 +143,7 @@ impl PreparedDraw<'_> {
                 back_facing: if self.assembler.mirrored { -1 } else { 1 },
                 is_affine,
                 flip_normal: inputs.flip_normal,
+                light_error: self.call.light_error.map_or(UNSEEN, |steps| (steps / 255.0) as f32),
                 plain: &pixel,
                 maps: if self.parts.uses(Part::SurfaceMaps) { Some(&run) } else { None },
             },

@@ -331,6 +331,7 @@ impl PreparedLight {
             cone,
             // A negative radius reaches nothing, and has no square.
             reach2: if radius < 0.0 { -1.0 } else { (radius * radius) as f32 },
+            is_reach_faded: false,
             ambient: f32s(material.ka * light.ambient),
             diffuse: f32s(material.kd * light.color),
             specular: f32s(material.ks * light.color),

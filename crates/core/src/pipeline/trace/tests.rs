@@ -37,6 +37,7 @@ fn two_triangles() -> Scene {
             shade: None,
             texture: None,
             lights: None,
+            light_error: None,
             style: Default::default(),
         }
     };

@@ -134,6 +134,7 @@ impl GltfDocument {
                     shade: None,
                     texture: primitive.texture.clone(),
                     lights: None,
+                    light_error: None,
                     style: Style { maps, ..Style::default() },
                 });
             }

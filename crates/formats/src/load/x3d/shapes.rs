@@ -192,6 +192,7 @@ pub(super) fn object(
         shade: None,
         texture: appearance.texture,
         lights: None,
+        light_error: None,
         style: Style {
             line: stages::line_style(view, parts.appearance),
             fill: stages::fill_style(view, parts.appearance),
