@@ -152,7 +152,10 @@ proptest! {
         let mut want = memory(&clip);
         // Many times, so that it is worth threads.
         let all: Vec<_> = all.iter().cycle().take(400).collect();
-        all.iter().for_each(|numbers| drop(draw_whole(&mut want, &numbers.area(), blend)));
+        for numbers in &all {
+            // One that is refused draws nothing.
+            let _ = draw_whole(&mut want, &numbers.area(), blend);
+        }
         for executor in EXECUTORS.iter() {
             let mut got = memory(&clip);
             if draw2d::areas_on(executor, &mut got, &all, band_rows, blend, |n| Some((0..SIZE[1], n.area()))) {
@@ -209,7 +212,7 @@ BEZIER 20 600 300 -200 700 900 1080 30 120 f0404060
 CLIP off
 ";
     let together: String = (0..30)
-        .map(|i| format!("FILLCIRCLE {} {} 300 {:02x}40{:02x}60\n", 40 * i, 350 + i, 9 * i, 255 - 8 * i))
+        .map(|i| format!("FILLCIRCLE {} {} 300 {:02x}40{:02x}60\n", 40 * i, 350 + i, 8 * i, 255 - 8 * i))
         .chain((0..9).map(|i| format!("FILLRECT {} {} 700 500 20{:02x}ff70\n", 50 * i, 20 * i, 28 * i)))
         .collect();
     for stream in [alone.to_owned(), together.clone(), format!("{alone}{together}")] {

@@ -190,9 +190,10 @@ impl Area<'_> {
         bands: usize,
         blend: Blend,
     ) -> Result<(), DrawError> {
-        let [[_, low], [_, high]] = self.bounds();
+        let ([[_, low], [_, high]], clip) = (self.bounds(), frame(memory));
         // Conversions saturate.
-        let ys = (low.floor() as i32).saturating_sub(1)..(high.ceil() as i32).saturating_add(1);
+        let first = (low.floor() as i32).saturating_sub(1).max(clip.y0);
+        let ys = first..(high.ceil() as i32).saturating_add(1).min(clip.y1);
         if bands <= 1 || ys.is_empty() {
             return on_all_rows(memory, |band| self.draw_on(band, blend));
         }

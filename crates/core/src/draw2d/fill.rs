@@ -3,7 +3,7 @@
 //! Coverage comes from `math::coverage`, colours along a row from `gradient`. Both are exact, in
 //! integers as wide as the corners need.
 
-use super::band::{Band, on_all_rows};
+use super::band::{Band, NO_ROWS, on_all_rows};
 use super::blend::Paint;
 use super::gradient::gradient;
 use super::{AreaColors, Blend};
@@ -30,7 +30,9 @@ pub(super) fn fill_on(band: &mut Band<'_>, points: [[f64; 2]; 3], colors: AreaCo
         },
         AreaColors::One(color) | AreaColors::Three([color, ..]) => {
             if let Some(paint) = Paint::new(color, blend) {
-                triangle.for_each_span(band.clip(), painter(band, paint));
+                let (clip, mut rows) = (band.clip(), NO_ROWS);
+                triangle.for_each_span(clip, painter(band, paint, &mut rows));
+                band.mark_rows(rows);
             }
         }
     }
@@ -45,15 +47,21 @@ pub fn fill_poly(memory: &mut VideoMemory, points: &[[f64; 2]], color: Rgba, ble
 /// Does what [`fill_poly`] does within a band.
 pub(super) fn fill_poly_on(band: &mut Band<'_>, points: &[[f64; 2]], color: Rgba, blend: Blend) {
     if let Some(paint) = Paint::new(color, blend) {
-        polygon_spans(points, band.clip(), painter(band, paint));
+        let (clip, mut rows) = (band.clip(), NO_ROWS);
+        polygon_spans(points, clip, painter(band, paint, &mut rows));
+        band.mark_rows(rows);
     }
 }
 
-/// Returns a function that paints the span `xs` of row `y`.
-fn painter(band: &mut Band<'_>, paint: Paint) -> impl FnMut(i32, Range<i32>) {
+/// Returns a function that paints the span `xs` of row `y`, and adds the row to `rows`. Spans come from
+/// the top down.
+fn painter(band: &mut Band<'_>, paint: Paint, rows: &mut Range<u32>) -> impl FnMut(i32, Range<i32>) {
     move |y, xs| {
         paint.run(band.run_mut(y, xs));
-        band.mark_row(y as u32);
+        let y = y as u32;
+        if y >= rows.end {
+            *rows = rows.start.min(y)..y + 1;
+        }
     }
 }
 
