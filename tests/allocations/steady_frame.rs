@@ -5,6 +5,8 @@
 
 use crate::TURN;
 use crate::counting::{counted_pool, steady_calls};
+use fbptr::draw2d::{Area, AreaColors, Blend};
+use fbptr::executor::Executor;
 use fbptr::memory::{DepthFormat, DepthMemory, VideoMemory};
 use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, Renderer, SceneOptions, Target};
 use fbptr::scene::{
@@ -93,6 +95,32 @@ fn a_steady_frame_asks_for_no_memory() {
         let calls = calls_of_steady_frames(two_threads(), shade);
         let most = FRAMES / INJECTOR_BLOCK + 1;
         assert!(calls <= most, "{shade:?}: {calls} calls in {FRAMES} frames of two threads, {most} allowed");
+    }
+}
+
+#[test]
+fn a_figure_in_bands_asks_for_no_memory() {
+    let _turn = TURN.lock();
+    let executor = Executor::of_pool(two_threads().pool);
+    let mut memory = VideoMemory::new(320, 200).unwrap();
+    let corners = [[-30.0, 5.0], [350.0, -20.0], [90.0, 260.0]];
+    let areas = [
+        Area::Disc([150.0, 99.5], 97.0, [90, 80, 70, 60]),
+        Area::WideLine([[9.0, 9.0], [300.0, 190.0]], 30.0, [90, 80, 70, 60]),
+        Area::Triangle(corners, AreaColors::Three([[255, 0, 0, 90], [0, 255, 0, 80], [0, 0, 255, 70]])),
+        Area::SmoothLine([[3.0, 5.0], [310.0, 190.0]], [90, 80, 70, 60]),
+    ];
+    for area in areas {
+        let (before, mut draws) = (8, 0);
+        let calls = steady_calls(before, FRAMES, || {
+            // Those before must ask for some.
+            let asked = if draws < before { 30 } else { 0 };
+            (0..asked).for_each(|i| drop(black_box(vec![i; 100])));
+            draws += 1;
+            area.draw_in_bands(&executor, &mut memory, 8, Blend::Over).unwrap();
+        });
+        let most = FRAMES / INJECTOR_BLOCK + 1;
+        assert!(calls <= most, "{area:?}: {calls} calls in {FRAMES} draws, {most} allowed");
     }
 }
 

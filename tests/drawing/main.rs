@@ -10,6 +10,7 @@ mod detail;
 mod far;
 mod fast_forms;
 mod fast_path;
+mod figure_bands;
 mod fragments;
 mod framebuffer;
 mod hard_cases;

@@ -30,7 +30,7 @@ fn draw(renderer: &mut Renderer, scene: &Scene, hide: HiddenSurface, depth_forma
     (memory.bytes().to_vec(), depth, ids, stats)
 }
 
-fn of_threads(threads: usize) -> Renderer {
+pub fn of_threads(threads: usize) -> Renderer {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     Renderer::new(RenderOptions { pool: Some(Arc::new(pool)), ..RenderOptions::default() })
 }

@@ -7,6 +7,7 @@ use fbptr::memory::VideoMemory;
 use fbptr::server::{Audience, Budget, Engine, Output, Session, Stream};
 use fbptr_engine::engine::{Event, FrameView, Observer, Occasion, PendingRows, PixelRuns};
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::{Arc, Mutex};
 
 /// Counts and ends of requests, by verb.
@@ -155,4 +156,52 @@ fn changed_tiles_of_finished_frames_can_be_sent_elsewhere() {
                   PX 1 1 ff0000\nPRESENT\nPX 0 0 123456\nSYNC b\n";
     assert_eq!(serving.say(script), "SYNC a\nSYNC b\n");
     assert_eq!(*frames.lock().unwrap(), [vec![[0, 0], [3, 2]], vec![], vec![[0, 0], [1, 0]]]);
+}
+
+/// Rows that have changed, and the number of requests.
+#[derive(Clone, Debug, Default)]
+struct Rows(Arc<Mutex<(Vec<Range<u32>>, usize)>>);
+
+impl Observer for Rows {
+    fn event(&mut self, event: &Event<'_>, _: FrameView<'_>) {
+        let (rows, requests) = &mut *self.0.lock().unwrap();
+        match event {
+            Event::Changed(changed) => rows.push(changed.clone()),
+            Event::Begins { connection: 7, .. } => *requests += 1,
+            _ => {}
+        }
+    }
+
+    fn follows_figures(&self) -> bool {
+        false
+    }
+}
+
+#[test]
+fn an_observer_of_rows_alone_is_sent_those_of_figures_that_are_drawn_together() {
+    let figures: String =
+        (0..5).map(|i| format!("FILLRECT {} {} 200 100 {i}0a0f0\n", 9 * i, 10 + 8 * i)).collect();
+    let draw = |engine: &mut Engine| {
+        let mut out = Output::default();
+        let mut stream = Stream::new(engine, 7, Audience::Connection);
+        let _ = stream.feed(engine, figures.as_bytes(), &mut out, Budget::NONE);
+        engine.before_replies();
+    };
+    let [mut alone, mut followed] = [(); 2].map(|()| Engine::new(400, 300).unwrap());
+    draw(&mut alone);
+    let log = Rows::default();
+    followed.attach(log.clone());
+    followed.before_replies();
+    log.0.lock().unwrap().0.clear();
+    draw(&mut followed);
+    assert_eq!(*log.0.lock().unwrap(), (vec![10..142], 0));
+    assert!(followed.memory().bytes() == alone.memory().bytes());
+    // Beside one that follows figures each is a request again.
+    let all = Log::default();
+    followed.attach(all.clone());
+    draw(&mut followed);
+    assert_eq!(all.0.lock().unwrap().done, ["FILLRECT"; 5]);
+    followed.detach::<Log>();
+    draw(&mut followed);
+    assert_eq!((all.0.lock().unwrap().done.len(), log.0.lock().unwrap().1), (5, 5));
 }

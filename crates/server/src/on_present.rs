@@ -26,4 +26,8 @@ impl Observer for OnPresent {
             (self.0)(frame.memory);
         }
     }
+
+    fn follows_figures(&self) -> bool {
+        false
+    }
 }

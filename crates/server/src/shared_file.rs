@@ -130,6 +130,10 @@ impl Observer for FileSharing {
         }
     }
 
+    fn follows_figures(&self) -> bool {
+        false
+    }
+
     fn take_in(
         &mut self,
         memory: &mut VideoMemory,

@@ -81,7 +81,12 @@ impl Framebuffer {
 /// Lines, areas and text. Colours are those of the whole figure, or of its ends or corners.
 impl Framebuffer {
     pub(super) fn figures(&mut self) -> FigureTarget<'_> {
-        FigureTarget { memory: &mut self.memory, blend: self.blend, text_size: self.text_size }
+        FigureTarget {
+            memory: &mut self.memory,
+            blend: self.blend,
+            text_size: self.text_size,
+            pool: self.renderer.options().pool.as_ref(),
+        }
     }
 
     /// Draws a line, both ends included, as `LINE` does. Two colours are a ramp between the ends.

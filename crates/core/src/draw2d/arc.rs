@@ -7,10 +7,11 @@
 //! the sign of a cross product, decided in integers wherever rounding could change it. So rings and
 //! sectors that share a border share no pixel and leave none out.
 
+use super::band::{Band, on_all_rows};
 use super::blend::Paint;
 use super::disc::Disc;
 use super::row_search::{both, half_row, join, sign_of_sum};
-use super::{Blend, DrawError, frame, run_mut};
+use super::{Blend, DrawError};
 use crate::math::coverage::exact_int::parts;
 use crate::memory::{Rgba, VideoMemory};
 use num_bigint::BigInt;
@@ -35,6 +36,11 @@ pub struct Arc {
 /// The cost is that of the visible rows and pixels. Numbers that are not finite draw nothing. A
 /// negative radius is an error.
 pub fn arc(memory: &mut VideoMemory, arc: Arc, color: Rgba, blend: Blend) -> Result<(), DrawError> {
+    on_all_rows(memory, |band| arc_on(band, arc, color, blend))
+}
+
+/// Does what [`arc`] does within a band.
+pub(super) fn arc_on(band: &mut Band<'_>, arc: Arc, color: Rgba, blend: Blend) -> Result<(), DrawError> {
     let Arc { center: centre, radii, angles } = arc;
     if let Some(&r) = radii.iter().find(|r| **r < 0.0) {
         return Err(DrawError::NegativeRadius { r: r.into() });
@@ -43,7 +49,7 @@ pub fn arc(memory: &mut VideoMemory, arc: Arc, color: Rgba, blend: Blend) -> Res
     if ![centre, radii, angles].as_flattened().iter().all(|v| v.is_finite()) {
         return Ok(());
     }
-    let clip = frame(memory);
+    let clip = band.clip();
     let [inner, outer] = radii.map(|r| Disc::new(centre, r));
     let sector = Sector::new(centre, angles);
     for y in outer.rows(clip.y0..clip.y1) {
@@ -58,8 +64,8 @@ pub fn arc(memory: &mut VideoMemory, arc: Arc, color: Rgba, blend: Blend) -> Res
         };
         for side in sector.row(y, clip.x0..clip.x1) {
             for part in parts.iter().map(|part| both(part, &side)).filter(|part| !part.is_empty()) {
-                paint.run(run_mut(memory, y, part));
-                memory.mark_row(y as u32);
+                paint.run(band.run_mut(y, part));
+                band.mark_row(y as u32);
             }
         }
     }

@@ -8,10 +8,11 @@
 //! off by at most |B''| / 8 n^2) beside the rounding. A pixel is lit when its centre is nearer than
 //! w/2 to one of the segments, which [`Stroke`] decides exactly; each is lit once.
 
+use super::band::{Band, on_all_rows};
 use super::blend::Paint;
 use super::row_search::join;
 use super::wide_line::Stroke;
-use super::{Blend, DrawError, frame, run_mut};
+use super::{Blend, DrawError};
 use crate::memory::{Rgba, VideoMemory};
 
 /// Largest absolute coordinate of a curve's points, in pixels: with it, n is at most 8192 and all
@@ -32,6 +33,17 @@ pub fn bezier(
     color: Rgba,
     blend: Blend,
 ) -> Result<(), DrawError> {
+    on_all_rows(memory, |band| bezier_on(band, points, width, color, blend))
+}
+
+/// Does what [`bezier`] does within a band.
+pub(super) fn bezier_on(
+    band: &mut Band<'_>,
+    points: [[f64; 2]; 4],
+    width: f64,
+    color: Rgba,
+    blend: Blend,
+) -> Result<(), DrawError> {
     if width < 0.0 {
         return Err(DrawError::NegativeWidth { w: width.into() });
     }
@@ -42,7 +54,7 @@ pub fn bezier(
         return Err(DrawError::FarPoint { most: FAR_POINT, at: at.into() });
     }
     let Some(paint) = Paint::new(color, blend) else { return Ok(()) };
-    let clip = frame(memory);
+    let clip = band.clip();
     let ys = clip.y0..clip.y1;
     let chain = polyline(points);
     let strokes: Vec<_> = chain
@@ -64,8 +76,8 @@ pub fn bezier(
         }
         join(&mut runs);
         for xs in runs.drain(..) {
-            paint.run(run_mut(memory, y, xs));
-            memory.mark_row(y as u32);
+            paint.run(band.run_mut(y, xs));
+            band.mark_row(y as u32);
         }
     }
     Ok(())

@@ -4,10 +4,11 @@
 //! finite f64 is an integer times a power of two, so the comparison can be made in integers. It is
 //! made in f64 wherever rounding cannot change the result.
 
+use super::band::{Band, on_all_rows};
 use super::blend::Paint;
 use super::row_ends::{NEAR, RowEnds, arc_half, clipped, run_between};
 use super::row_search::{rows_between, run_about};
-use super::{Blend, DrawError, frame, paint_rows};
+use super::{Blend, DrawError};
 use crate::math::coverage::exact_int::parts;
 use crate::memory::{Rgba, VideoMemory};
 use num_bigint::BigInt;
@@ -40,6 +41,18 @@ fn fill_disc(
     r: f64,
     (color, blend): (Rgba, Blend),
 ) -> Result<(), DrawError> {
+    on_all_rows(memory, |band| disc_on(band, [cx, cy], r, color, blend))
+}
+
+/// Does what [`fill_circle`] does within a band.
+#[inline(always)]
+pub(super) fn disc_on(
+    band: &mut Band<'_>,
+    [cx, cy]: [f64; 2],
+    r: f64,
+    color: Rgba,
+    blend: Blend,
+) -> Result<(), DrawError> {
     if r < 0.0 {
         return Err(DrawError::NegativeRadius { r: r.into() });
     }
@@ -47,9 +60,9 @@ fn fill_disc(
     if !(cx.is_finite() && cy.is_finite() && r.is_finite()) {
         return Ok(());
     }
-    let clip = frame(memory);
+    let clip = band.clip();
     let disc = Disc::new([cx, cy], r);
-    paint_rows(memory, paint, disc.rows(clip.y0..clip.y1), |y| disc.row(y, clip.x0..clip.x1));
+    band.paint_rows(paint, disc.rows(clip.y0..clip.y1), |y| disc.row(y, clip.x0..clip.x1));
     Ok(())
 }
 

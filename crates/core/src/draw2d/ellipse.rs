@@ -6,10 +6,11 @@
 //! [`fill_circle`](super::fill_circle). The outline is the rim of the filled ellipse: its pixels
 //! that have a neighbour to the left, to the right, above or below that is not inside.
 
+use super::band::{Band, on_all_rows};
 use super::blend::Paint;
 use super::row_ends::{NEAR, clipped, run_between};
 use super::row_search::{rows_between, run_about};
-use super::{Blend, DrawError, frame, paint_rows, run_mut};
+use super::{Blend, DrawError};
 use crate::math::coverage::exact_int::parts;
 use crate::memory::{Rgba, VideoMemory};
 use num_bigint::BigInt;
@@ -28,10 +29,21 @@ pub fn fill_ellipse(
     color: Rgba,
     blend: Blend,
 ) -> Result<(), DrawError> {
+    on_all_rows(memory, |band| fill_ellipse_on(band, centre, radii, color, blend))
+}
+
+/// Does what [`fill_ellipse`] does within a band.
+pub(super) fn fill_ellipse_on(
+    band: &mut Band<'_>,
+    centre: [f64; 2],
+    radii: [f64; 2],
+    color: Rgba,
+    blend: Blend,
+) -> Result<(), DrawError> {
     let Some(ellipse) = Ellipse::new(centre, radii)? else { return Ok(()) };
     let Some(paint) = Paint::new(color, blend) else { return Ok(()) };
-    let clip = frame(memory);
-    paint_rows(memory, paint, ellipse.rows(clip.y0..clip.y1), |y| ellipse.row(y, clip.x0..clip.x1));
+    let clip = band.clip();
+    band.paint_rows(paint, ellipse.rows(clip.y0..clip.y1), |y| ellipse.row(y, clip.x0..clip.x1));
     Ok(())
 }
 
@@ -46,9 +58,20 @@ pub fn ellipse(
     color: Rgba,
     blend: Blend,
 ) -> Result<(), DrawError> {
+    on_all_rows(memory, |band| ellipse_on(band, centre, radii, color, blend))
+}
+
+/// Does what [`ellipse`] does within a band.
+pub(super) fn ellipse_on(
+    band: &mut Band<'_>,
+    centre: [f64; 2],
+    radii: [f64; 2],
+    color: Rgba,
+    blend: Blend,
+) -> Result<(), DrawError> {
     let Some(ellipse) = Ellipse::new(centre, radii)? else { return Ok(()) };
     let Some(paint) = Paint::new(color, blend) else { return Ok(()) };
-    let clip = frame(memory);
+    let clip = band.clip();
     // One pixel more to each side: a neighbour off the frame may be inside.
     let (xs, ys) = (clip.x0 - 1..clip.x1 + 1, clip.y0 - 1..clip.y1 + 1);
     let row = |y: i32| if ys.contains(&y) { ellipse.row(y, xs.clone()) } else { 0..0 };
@@ -63,8 +86,8 @@ pub fn ellipse(
         for part in [here.start..interior.start, interior.end..here.end] {
             let visible = part.start.max(clip.x0)..part.end.min(clip.x1);
             if !visible.is_empty() {
-                paint.run(run_mut(memory, y, visible));
-                memory.mark_row(y as u32);
+                paint.run(band.run_mut(y, visible));
+                band.mark_row(y as u32);
             }
         }
         (above, here) = (here, below);

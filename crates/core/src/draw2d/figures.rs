@@ -4,8 +4,10 @@
 //! of the verb table name these functions: they are what the engine and the framebuffer of a program
 //! draw.
 
-use super::{Arc, AreaColors, Blend, DrawError, RampColor, RealRect, Rect};
+use super::{Arc, Area, AreaColors, Blend, DrawError, RampColor, RealRect, Rect};
+use crate::executor::ThreadPool;
 use crate::memory::{Rgba, VideoMemory};
+use std::sync;
 
 /// A video memory with the modes of the figures that are drawn on it.
 #[derive(Debug)]
@@ -16,6 +18,25 @@ pub struct FigureTarget<'a> {
     pub blend: Blend,
     /// Magnification of letters, 1 to 8.
     pub text_size: u8,
+    /// Threads that draw a large area together, if there are some.
+    pub pool: Option<&'a sync::Arc<ThreadPool>>,
+}
+
+impl FigureTarget<'_> {
+    /// Draws an area by `alone`, or on the threads of the pool if it is large enough.
+    #[inline(always)]
+    fn area(
+        &mut self,
+        area: Area<'_>,
+        alone: impl FnOnce(&mut VideoMemory, Blend) -> Result<(), DrawError>,
+    ) -> Result<(), DrawError> {
+        match self.pool {
+            Some(pool) if area.is_worth_threads(self.memory, self.blend) => {
+                area.draw_on_pool(pool, self.memory, self.blend)
+            }
+            _ => alone(self.memory, self.blend),
+        }
+    }
 }
 
 impl FigureTarget<'_> {
@@ -31,7 +52,12 @@ impl FigureTarget<'_> {
 
     /// Fills a triangle of `FILL`.
     pub fn fill(&mut self, points: [[f64; 2]; 3], colors: AreaColors) {
-        super::fill(self.memory, points, colors, self.blend);
+        let area = Area::Triangle(points, colors);
+        // Never refused.
+        let _ = self.area(area, |memory, blend| {
+            super::fill(memory, points, colors, blend);
+            Ok(())
+        });
     }
 
     /// Draws an outline of `RECT`.
@@ -47,7 +73,7 @@ impl FigureTarget<'_> {
     /// # Errors
     /// If the verb refuses its arguments.
     pub fn fill_rect(&mut self, rect: RealRect, color: Rgba) -> Result<(), DrawError> {
-        super::fill_rect(self.memory, rect, color, self.blend)
+        self.area(Area::Rect(rect, color), |memory, blend| super::fill_rect(memory, rect, color, blend))
     }
 
     /// Draws a circle of `CIRCLE`.
@@ -63,7 +89,9 @@ impl FigureTarget<'_> {
     /// # Errors
     /// If the verb refuses its arguments.
     pub fn fill_circle(&mut self, cx: f64, cy: f64, r: f64, color: Rgba) -> Result<(), DrawError> {
-        super::fill_circle(self.memory, [cx, cy], r, color, self.blend)
+        self.area(Area::Disc([cx, cy], r, color), |memory, blend| {
+            super::fill_circle(memory, [cx, cy], r, color, blend)
+        })
     }
 
     /// Draws a polyline of `POLY`.
@@ -73,7 +101,12 @@ impl FigureTarget<'_> {
 
     /// Fills a polygon of `FILLPOLY`.
     pub fn fill_poly(&mut self, color: Rgba, points: &[[f64; 2]]) {
-        super::fill_poly(self.memory, points, color, self.blend);
+        let area = Area::Polygon(points, color);
+        // Never refused.
+        let _ = self.area(area, |memory, blend| {
+            super::fill_poly(memory, points, color, blend);
+            Ok(())
+        });
     }
 
     /// Draws UTF-8 text of `TEXT`.
@@ -103,7 +136,9 @@ impl FigureTarget<'_> {
         width: f64,
         color: Rgba,
     ) -> Result<(), DrawError> {
-        super::wide_line(self.memory, p0, p1, width, color, self.blend)
+        self.area(Area::WideLine([p0, p1], width, color), |memory, blend| {
+            super::wide_line(memory, p0, p1, width, color, blend)
+        })
     }
 
     /// Draws an ellipse of `ELLIPSE`.
@@ -119,7 +154,9 @@ impl FigureTarget<'_> {
     /// # Errors
     /// If the verb refuses its arguments.
     pub fn fill_ellipse(&mut self, center: [f64; 2], radii: [f64; 2], color: Rgba) -> Result<(), DrawError> {
-        super::fill_ellipse(self.memory, center, radii, color, self.blend)
+        self.area(Area::Ellipse(center, radii, color), |memory, blend| {
+            super::fill_ellipse(memory, center, radii, color, blend)
+        })
     }
 
     /// Draws an arc of `ARC`.
@@ -133,7 +170,8 @@ impl FigureTarget<'_> {
         angles: [f64; 2],
         color: Rgba,
     ) -> Result<(), DrawError> {
-        super::arc(self.memory, Arc { center, radii, angles }, color, self.blend)
+        let arc = Arc { center, radii, angles };
+        self.area(Area::Arc(arc, color), |memory, blend| super::arc(memory, arc, color, blend))
     }
 
     /// Draws a curve of `BEZIER`.
@@ -141,11 +179,18 @@ impl FigureTarget<'_> {
     /// # Errors
     /// If the verb refuses its arguments.
     pub fn bezier(&mut self, points: [[f64; 2]; 4], width: f64, color: Rgba) -> Result<(), DrawError> {
-        super::bezier(self.memory, points, width, color, self.blend)
+        self.area(Area::Curve(points, width, color), |memory, blend| {
+            super::bezier(memory, points, width, color, blend)
+        })
     }
 
     /// Draws an anti-aliased line of `LINEAA`.
     pub fn line_aa(&mut self, p0: [f64; 2], p1: [f64; 2], color: Rgba) {
-        super::line_aa(self.memory, p0, p1, color);
+        let area = Area::SmoothLine([p0, p1], color);
+        // Never refused.
+        let _ = self.area(area, |memory, _| {
+            super::line_aa(memory, p0, p1, color);
+            Ok(())
+        });
     }
 }

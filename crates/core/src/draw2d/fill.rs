@@ -3,9 +3,10 @@
 //! Coverage comes from `math::coverage`, colours along a row from `gradient`. Both are exact, in
 //! integers as wide as the corners need.
 
+use super::band::{Band, NO_ROWS, on_all_rows};
 use super::blend::Paint;
 use super::gradient::gradient;
-use super::{AreaColors, Blend, frame, run_mut};
+use super::{AreaColors, Blend};
 use crate::math::coverage::{Snapped, SnappedTriangle, polygon_spans};
 use crate::memory::{Rgba, VideoMemory};
 use std::ops::Range;
@@ -15,16 +16,23 @@ use std::ops::Range;
 /// Corners are in pixels and finite. A triangle of zero area draws nothing. The cost is that of the
 /// visible rows and pixels.
 pub fn fill(memory: &mut VideoMemory, points: [[f64; 2]; 3], colors: AreaColors, blend: Blend) {
+    on_all_rows(memory, |band| fill_on(band, points, colors, blend));
+}
+
+/// Does what [`fill`] does within a band.
+pub(super) fn fill_on(band: &mut Band<'_>, points: [[f64; 2]; 3], colors: AreaColors, blend: Blend) {
     let triangle = SnappedTriangle::new(points);
     match colors {
         AreaColors::Three(c) if c[0] != c[1] || c[0] != c[2] => match triangle.corners() {
-            Snapped::Narrow(p) => gradient(memory, p, c, blend),
-            Snapped::Middle(p) => gradient(memory, p, c, blend),
-            Snapped::Huge(p) => gradient(memory, p, c, blend),
+            Snapped::Narrow(p) => gradient(band, p, c, blend),
+            Snapped::Middle(p) => gradient(band, p, c, blend),
+            Snapped::Huge(p) => gradient(band, p, c, blend),
         },
         AreaColors::One(color) | AreaColors::Three([color, ..]) => {
             if let Some(paint) = Paint::new(color, blend) {
-                triangle.for_each_span(frame(memory), painter(memory, paint));
+                let (clip, mut rows) = (band.clip(), NO_ROWS);
+                triangle.for_each_span(clip, painter(band, paint, &mut rows));
+                band.mark_rows(rows);
             }
         }
     }
@@ -33,16 +41,27 @@ pub fn fill(memory: &mut VideoMemory, points: [[f64; 2]; 3], colors: AreaColors,
 /// Fills the closed polygon by the even-odd rule. Points are in pixels and finite; fewer than three
 /// fill nothing.
 pub fn fill_poly(memory: &mut VideoMemory, points: &[[f64; 2]], color: Rgba, blend: Blend) {
+    on_all_rows(memory, |band| fill_poly_on(band, points, color, blend));
+}
+
+/// Does what [`fill_poly`] does within a band.
+pub(super) fn fill_poly_on(band: &mut Band<'_>, points: &[[f64; 2]], color: Rgba, blend: Blend) {
     if let Some(paint) = Paint::new(color, blend) {
-        polygon_spans(points, frame(memory), painter(memory, paint));
+        let (clip, mut rows) = (band.clip(), NO_ROWS);
+        polygon_spans(points, clip, painter(band, paint, &mut rows));
+        band.mark_rows(rows);
     }
 }
 
-/// Returns a function that paints the span `xs` of row `y`.
-fn painter(memory: &mut VideoMemory, paint: Paint) -> impl FnMut(i32, Range<i32>) {
+/// Returns a function that paints the span `xs` of row `y`, and adds the row to `rows`. Spans come from
+/// the top down.
+fn painter(band: &mut Band<'_>, paint: Paint, rows: &mut Range<u32>) -> impl FnMut(i32, Range<i32>) {
     move |y, xs| {
-        paint.run(run_mut(memory, y, xs));
-        memory.mark_row(y as u32);
+        paint.run(band.run_mut(y, xs));
+        let y = y as u32;
+        if y >= rows.end {
+            *rows = rows.start.min(y)..y + 1;
+        }
     }
 }
 

@@ -20,12 +20,13 @@
 //!
 //! So a row's exact work is bounded by the steps of its colours, wherever the corners are.
 
+use super::band::Band;
 use super::color_ramp::{ColorRamp, FRACTION_BITS};
 use super::ramp_row::compose_ramp;
-use super::{Blend, frame, over, run_mut};
+use super::{Blend, over};
 use crate::math::coverage::exact_int::ExactInt;
 use crate::math::coverage::{Corners, doubled_area, scan_triangle};
-use crate::memory::{Rgba, VideoMemory};
+use crate::memory::Rgba;
 use std::cmp::Ordering;
 
 /// A fraction N / D as floor(N / D) and the remainder N mod D, in 0..D.
@@ -121,7 +122,7 @@ fn twice_area<I: ExactInt>(a: &[I; 2], b: &[I; 2], at: &[I; 2]) -> I {
 
 /// Paints the triangle of `corners` (in 1/256 pixel), with a colour for each.
 pub(super) fn gradient<I: ExactInt>(
-    memory: &mut VideoMemory,
+    band: &mut Band<'_>,
     corners: &Corners<I>,
     colors: [Rgba; 3],
     blend: Blend,
@@ -130,19 +131,19 @@ pub(super) fn gradient<I: ExactInt>(
     let growth = exact.growth();
     let step = growth.each_ref().map(|n| exact.fixed(n));
     let largest_divisor = exact.divisor.clamp_i64(0, i64::MAX) as u64;
-    scan_triangle(corners, frame(memory), |y, xs| {
+    scan_triangle(corners, band.clip(), |y, xs| {
         let start = exact.values(xs.start, y);
         let [r, g, b, a] = &start;
         let value = [exact.fixed(r), exact.fixed(g), exact.fixed(b), exact.fixed(a)];
         let ramp = ColorRamp::new(value, step, 2, xs.len() as u32, largest_divisor);
         let row = Row { exact: &exact, start, growth: &growth, ramp };
-        let run = run_mut(memory, y, xs);
+        let run = band.run_mut(y, xs);
         match blend {
             Blend::Replace => row.paint(run, |pixel, color| *pixel = color),
             Blend::Over if !row.ramp.may_be_doubtful() => compose_ramp(row.ramp, run),
             Blend::Over => row.paint(run, |pixel, color| *pixel = over(color, *pixel)),
         }
-        memory.mark_row(y as u32);
+        band.mark_row(y as u32);
     });
 }
 

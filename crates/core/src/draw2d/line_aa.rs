@@ -20,8 +20,8 @@ mod stepped;
 #[cfg(test)]
 mod tests;
 
+use super::band::{Band, on_all_rows};
 use super::blend::compose;
-use super::{frame, pixels_mut};
 use crate::math::coverage::PixelRect;
 use crate::memory::{Rgba, VideoMemory};
 use segment_rect::SegmentRect;
@@ -32,24 +32,28 @@ use stepped::Stepped;
 ///
 /// A segment of length 0 covers no area and draws nothing. The cost is that of the visible part.
 pub fn line_aa(memory: &mut VideoMemory, p0: [f64; 2], p1: [f64; 2], color: Rgba) {
-    let clip = frame(memory);
+    on_all_rows(memory, |band| line_aa_on(band, p0, p1, color));
+}
+
+/// Does what [`line_aa`] does within a band.
+pub(super) fn line_aa_on(band: &mut Band<'_>, p0: [f64; 2], p1: [f64; 2], color: Rgba) {
+    let (clip, [width, height], top) = (band.clip(), band.size(), band.top());
     // Of the whole frame, so that rounding is the same in every band of rows.
-    let whole = PixelRect { x0: 0, y0: 0, x1: memory.width() as i32, y1: memory.height() as i32 };
-    let width = memory.width() as usize;
+    let whole = PixelRect { x0: 0, y0: 0, x1: width as i32, y1: height as i32 };
     let (mut first, mut end) = (u32::MAX, 0);
-    let pixels = pixels_mut(memory);
+    let pixels = band.pixels_mut();
     for_each_covered_pixel(p0, p1, whole, clip, |x, y, area| {
         let coverage = (area * 255.0 + 0.5) as u16;
         let alpha = (coverage * u16::from(color[3]) + 127) / 255;
-        // Always `Some`: x and y are inside the frame.
+        // Always `Some`: x and y are inside the band.
         if alpha > 0
-            && let Some(pixel) = pixels.get_mut(width * y as usize + x as usize)
+            && let Some(pixel) = pixels.get_mut(width as usize * (y as u32 - top) as usize + x as usize)
         {
             *pixel = compose([color[0], color[1], color[2], alpha as u8], *pixel);
             (first, end) = (first.min(y as u32), end.max(y as u32 + 1));
         }
     });
-    memory.mark_rows(first..end);
+    band.mark_rows(first..end);
 }
 
 /// Returns the area of a pixel that the line covers on a frame of `size`; `None` if it covers none, or
@@ -77,37 +81,44 @@ fn for_each_covered_pixel(
 ) {
     let Some(rect) = SegmentRect::new(p0, p1, frame) else { return };
     let stepped = Stepped::new(&rect);
-    let [before, columns, behind] = stepped.parts(clip);
+    // Cut on the frame: the place of the first cut rounds the others.
+    let [before, _, behind] = stepped.parts(frame);
     for end in [before, behind] {
-        cut_pixels(&rect, end, &mut f);
+        cut_pixels(&rect, end, clip, &mut f);
     }
+    let [_, columns, _] = stepped.parts(clip);
     stepped.for_each_pixel(columns, f);
 }
 
-/// Calls `f(x, y, coverage)` for the pixels inside `clip` that the rectangle meets: cuts it by the
-/// squares' borders.
+/// Calls `f(x, y, coverage)` for the pixels inside `clip` that the rectangle meets in a part of the
+/// frame: cuts it by the squares' borders.
 #[inline(never)]
-fn cut_pixels(rect: &SegmentRect, clip: PixelRect, f: &mut impl FnMut(i32, i32, f64)) {
-    if clip.is_empty() {
+fn cut_pixels(rect: &SegmentRect, part: PixelRect, clip: PixelRect, f: &mut impl FnMut(i32, i32, f64)) {
+    if part.is_empty() || clip.is_empty() {
         return;
     }
     // Pixel squares begin half a pixel before their centres.
-    let [left, right] = [clip.x0, clip.x1].map(|x| f64::from(x) - 0.5);
-    let [top, bottom] = [clip.y0, clip.y1].map(|y| f64::from(y) - 0.5);
+    let [left, right] = [part.x0, part.x1].map(|x| f64::from(x) - 0.5);
+    let [top, bottom] = [part.y0, part.y1].map(|y| f64::from(y) - 0.5);
     let (_, visible) = Convex::of(rect.corners()).split(0, left);
     let (visible, _) = visible.split(0, right);
     let (_, visible) = visible.split(1, top);
     let (mut below, _) = visible.split(1, bottom);
     let Some([first, last]) = below.squares(1) else { return };
-    for y in first.max(clip.y0)..=last.min(clip.y1 - 1) {
+    for y in first.max(part.y0)..=last.min(part.y1 - 1).min(clip.y1 - 1) {
         let (row, rest) = below.split(1, f64::from(y) + 0.5);
         below = rest;
+        if y < clip.y0 {
+            continue;
+        }
         let mut beyond = row;
         let Some([first, last]) = beyond.squares(0) else { continue };
-        for x in first.max(clip.x0)..=last.min(clip.x1 - 1) {
+        for x in first.max(part.x0)..=last.min(part.x1 - 1) {
             let (cell, rest) = beyond.split(0, f64::from(x) + 0.5);
             beyond = rest;
-            f(x, y, cell.area().min(1.0));
+            if (clip.x0..clip.x1).contains(&x) {
+                f(x, y, cell.area().min(1.0));
+            }
         }
     }
 }

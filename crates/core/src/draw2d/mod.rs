@@ -15,6 +15,8 @@
 //! Drawing one band after another gives the same bytes as drawing the full frame.
 
 mod arc;
+mod area;
+mod band;
 mod bezier;
 mod blend;
 mod blit;
@@ -46,6 +48,8 @@ mod wide_line;
 
 pub use crate::memory::over;
 pub use arc::{Arc, arc};
+#[doc(hidden)]
+pub use area::{Area, areas_on};
 pub use bezier::{FAR_POINT, bezier, bezier_steps};
 pub use blend::Blend;
 pub use blit::{blit, copy, read, rows, stamp};
@@ -184,27 +188,6 @@ fn pixels_mut(memory: &mut VideoMemory) -> &mut [Rgba] {
 fn run_mut(memory: &mut VideoMemory, y: i32, xs: Range<i32>) -> &mut [Rgba] {
     let at = memory.width() as usize * y as usize;
     &mut pixels_mut(memory)[at + xs.start as usize..at + xs.end as usize]
-}
-
-/// Paints the columns that `row` returns of each of `ys`, all inside the frame; empty ones are skipped.
-#[inline]
-fn paint_rows(
-    memory: &mut VideoMemory,
-    paint: blend::Paint,
-    ys: Range<i32>,
-    row: impl Fn(i32) -> Range<i32>,
-) {
-    let mut marked: Option<Range<i32>> = None;
-    for y in ys {
-        let xs = row(y);
-        if !xs.is_empty() {
-            paint.run(run_mut(memory, y, xs));
-            marked = Some(marked.map_or(y, |rows| rows.start)..y + 1);
-        }
-    }
-    if let Some(rows) = marked {
-        memory.mark_rows(rows.start as u32..rows.end as u32);
-    }
 }
 
 /// Clamps `start..start + len` to `within`; empty if `len` is not positive.

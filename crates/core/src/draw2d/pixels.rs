@@ -1,11 +1,12 @@
 //! Single pixels, and packed lists of them in the layout of the protocol.
 
+use super::band::on_bands;
 use super::blend::{Paint, run_of_many};
 use super::{Blend, DrawError, over, pixels_mut};
 use crate::executor::Executor;
 use crate::memory::{Rgba, VideoMemory};
 use crate::simd::prefetch::ForWrite;
-use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Draws pixel (x, y). Does nothing if it is outside the frame.
 #[doc(alias = "putPixel")]
@@ -61,21 +62,17 @@ pub fn points_on(
         return points(memory, packed, blend);
     }
     let is_far = memory.bytes().len() > NEAR_BYTES;
-    let band_rows = height.div_ceil(bands as u32);
-    let (low, high) = (AtomicU32::new(u32::MAX), AtomicU32::new(0));
     let count = AtomicU64::new(0);
-    executor.chunks(pixels_mut(memory), band_rows as usize * width as usize, |i, pixels| {
-        let top = i as u32 * band_rows;
-        let mut band = PointBand { top, width, rows: band_rows.min(height - top), lit: Lit::NONE };
+    on_bands(executor, memory, 0..height as i32, bands, |band| {
+        let rows = (band.clip().y1 - band.clip().y0) as u32;
+        let mut points = PointBand { top: band.top(), width, rows, lit: Lit::NONE };
         match is_far {
-            true => band.draw::<true>(pixels, records, blend),
-            false => band.draw::<false>(pixels, records, blend),
+            true => points.draw::<true>(band.pixels_mut(), records, blend),
+            false => points.draw::<false>(band.pixels_mut(), records, blend),
         }
-        low.fetch_min(band.lit.low, Ordering::Relaxed);
-        high.fetch_max(band.lit.high, Ordering::Relaxed);
-        count.fetch_add(band.lit.count, Ordering::Relaxed);
+        band.mark_rows(points.lit.low..points.lit.high);
+        count.fetch_add(points.lit.count, Ordering::Relaxed);
     });
-    memory.mark_rows(low.into_inner()..high.into_inner());
     Ok(count.into_inner())
 }
 

@@ -3,8 +3,9 @@
 //! The exact answer of a fill: pixel (i,j) is lit when x <= i + 1/2 < x + w and y <= j + 1/2 < y +
 //! h, with unrounded sums of the given reals. For integers these are the w x h pixels from (x,y).
 
+use super::band::{Band, on_all_rows};
 use super::blend::Paint;
-use super::{Blend, DrawError, RealRect, Rect, frame, pixels_mut, run_mut, visible};
+use super::{Blend, DrawError, RealRect, Rect, visible};
 use crate::memory::{Rgba, VideoMemory};
 use std::ops::Range;
 
@@ -18,19 +19,30 @@ pub fn fill_rect(
     color: Rgba,
     blend: Blend,
 ) -> Result<(), DrawError> {
-    let RealRect { x, y, w, h } = rect.into();
+    let rect = rect.into();
+    on_all_rows(memory, |band| fill_rect_on(band, rect, color, blend))
+}
+
+/// Does what [`fill_rect`] does within a band.
+#[inline(always)]
+pub(super) fn fill_rect_on(
+    band: &mut Band<'_>,
+    RealRect { x, y, w, h }: RealRect,
+    color: Rgba,
+    blend: Blend,
+) -> Result<(), DrawError> {
     if w < 0.0 || h < 0.0 {
         return Err(DrawError::NegativeSize { w: w.into(), h: h.into() });
     }
     if ![x, y, w, h].iter().all(|v| v.is_finite()) {
         return Ok(());
     }
-    let (xs, ys) = (centres(x, w, memory.width()), centres(y, h, memory.height()));
-    let clip = frame(memory);
+    let (xs, ys) = (centres(x, w, band.size()[0]), centres(y, h, band.size()[1]));
+    let clip = band.clip();
     let xs = xs.start.max(clip.x0)..xs.end.min(clip.x1);
     let ys = ys.start.max(clip.y0)..ys.end.min(clip.y1);
     if let Some(paint) = Paint::new(color, blend) {
-        block(memory, xs, ys, paint);
+        band.paint_block(paint, xs, ys);
     }
     Ok(())
 }
@@ -82,34 +94,19 @@ pub fn rect(memory: &mut VideoMemory, rect: Rect, color: Rgba, blend: Blend) -> 
     };
     let (top, bottom) = (side(y.into(), &ys), side(last(y, h), &ys));
     let (left, right) = (side(x.into(), &xs), side(last(x, w), &xs));
-    block(memory, xs.clone(), top.clone(), paint);
-    if h > 1 {
-        block(memory, xs, bottom.clone(), paint);
-    }
-    // The columns between the two rows.
-    let between = ys.start + top.len() as i32..ys.end - if h > 1 { bottom.len() as i32 } else { 0 };
-    block(memory, left, between.clone(), paint);
-    if w > 1 {
-        block(memory, right, between, paint);
-    }
-    Ok(())
-}
-
-/// Paints pixels `xs` of rows `ys`, both inside the frame.
-pub(super) fn block(memory: &mut VideoMemory, xs: Range<i32>, ys: Range<i32>, paint: Paint) {
-    if xs.is_empty() || ys.is_empty() {
-        return;
-    }
-    let width = memory.width() as usize;
-    if xs.len() == width {
-        // Full rows are contiguous.
-        paint.run(&mut pixels_mut(memory)[width * ys.start as usize..width * ys.end as usize]);
-    } else {
-        for y in ys.clone() {
-            paint.run(run_mut(memory, y, xs.clone()));
+    on_all_rows(memory, |band| {
+        band.paint_block(paint, xs.clone(), top.clone());
+        if h > 1 {
+            band.paint_block(paint, xs, bottom.clone());
         }
-    }
-    memory.mark_rows(ys.start as u32..ys.end as u32);
+        // The columns between the two rows.
+        let between = ys.start + top.len() as i32..ys.end - if h > 1 { bottom.len() as i32 } else { 0 };
+        band.paint_block(paint, left, between.clone());
+        if w > 1 {
+            band.paint_block(paint, right, between);
+        }
+    });
+    Ok(())
 }
 
 #[cfg(test)]

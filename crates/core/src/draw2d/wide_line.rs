@@ -10,11 +10,12 @@
 
 mod near_stroke;
 
+use super::band::{Band, on_all_rows};
 use super::blend::Paint;
 use super::disc::Disc;
 use super::row_ends::clipped;
 use super::row_search::{both, half_row, rows_between, sign_of_sum};
-use super::{Blend, DrawError, frame, paint_rows};
+use super::{Blend, DrawError};
 use crate::math::coverage::exact_int::parts;
 use crate::memory::{Rgba, VideoMemory};
 use near_stroke::NearStroke;
@@ -36,6 +37,18 @@ pub fn wide_line(
     color: Rgba,
     blend: Blend,
 ) -> Result<(), DrawError> {
+    on_all_rows(memory, |band| wide_line_on(band, p0, p1, width, color, blend))
+}
+
+/// Does what [`wide_line`] does within a band.
+pub(super) fn wide_line_on(
+    band: &mut Band<'_>,
+    p0: [f64; 2],
+    p1: [f64; 2],
+    width: f64,
+    color: Rgba,
+    blend: Blend,
+) -> Result<(), DrawError> {
     if width < 0.0 {
         return Err(DrawError::NegativeWidth { w: width.into() });
     }
@@ -43,9 +56,9 @@ pub fn wide_line(
     if !p0.iter().chain(&p1).chain([&width]).all(|v| v.is_finite()) {
         return Ok(());
     }
-    let clip = frame(memory);
+    let clip = band.clip();
     let stroke = Stroke::new(p0, p1, width);
-    paint_rows(memory, paint, stroke.rows(clip.y0..clip.y1), |y| stroke.row(y, clip.x0..clip.x1));
+    band.paint_rows(paint, stroke.rows(clip.y0..clip.y1), |y| stroke.row(y, clip.x0..clip.x1));
     Ok(())
 }
 

@@ -8,12 +8,14 @@
 //! (`pieces/bands.rs` relies on it, too). One would know a mistake by the comparison below, and by the
 //! golden pictures, which streams draw.
 //!
+//! Where the renderer has a pool and the areas take long enough, its threads draw the bands.
+//!
 //! Only areas that cannot be refused wait, so that each error has its place among the replies.
 
 use super::Engine;
 use crate::Session;
 use fbptr_command::{Figure, RealRect, StreamPosition};
-use fbptr_core::draw2d::Blend;
+use fbptr_core::draw2d::{self, Area, Blend};
 use fbptr_core::error::Fault;
 use fbptr_core::memory::Rgba;
 use std::ops::Range;
@@ -75,6 +77,19 @@ impl QueuedArea {
             None => Err(figure),
         }
     }
+
+    /// Returns the rows that it may touch, and the area.
+    fn area(&self) -> Option<(Range<u32>, Area<'_>)> {
+        let area = match &self.figure {
+            Figure::FillRect { rect, color } => Area::Rect(*rect, *color),
+            Figure::FillCircle { cx, cy, r, color } => Area::Disc([*cx, *cy], *r, *color),
+            Figure::Fill { points, colors } => Area::Triangle(*points, *colors),
+            Figure::FillPoly { color, points } => Area::Polygon(points, *color),
+            // None of these may wait.
+            _ => return None,
+        };
+        Some((self.rows.clone(), area))
+    }
 }
 
 impl Engine {
@@ -91,8 +106,13 @@ impl Engine {
             1 => height,
             _ => (BAND_BYTES / (self.framebuffer.width() as usize * 4)).max(1) as u32,
         };
-        let mut refused: Vec<(usize, Fault)> = Vec::new();
-        for top in (0..height).step_by(band_rows as usize) {
+        let (has_drawn, mut refused) = match self.draw_areas_on_threads(s, areas, band_rows) {
+            Ok(has_drawn) => (has_drawn, Vec::new()),
+            // Nobody knows which of them met the defect.
+            Err(fault) => (true, vec![(0, fault)]),
+        };
+        let rows = if has_drawn { 0..0 } else { 0..height };
+        for top in rows.step_by(band_rows as usize) {
             let band = top..(top + band_rows).min(height);
             self.framebuffer.memory.set_window(band.clone());
             for (i, area) in areas.iter().enumerate() {
@@ -122,5 +142,27 @@ impl Engine {
         };
         refused.sort_by_key(|(i, _)| *i);
         refused.into_iter().filter_map(end).collect()
+    }
+
+    /// Draws areas on all threads of the pool. Returns `false` where one thread is as quick.
+    fn draw_areas_on_threads(
+        &mut self,
+        s: &Session,
+        areas: &[QueuedArea],
+        band_rows: u32,
+    ) -> Result<bool, Fault> {
+        if areas.len() == 1 {
+            return Ok(false);
+        }
+        let executor = self.executor();
+        self.guarded(|engine| {
+            let memory = &mut engine.framebuffer.memory;
+            let has_drawn = draw2d::areas_on(&executor, memory, areas, band_rows, s.blend, QueuedArea::area);
+            #[cfg(debug_assertions)]
+            if has_drawn {
+                areas.iter().for_each(|queued| engine.meet_defect(queued.figure.verb()));
+            }
+            Ok(has_drawn)
+        })
     }
 }

@@ -91,10 +91,11 @@ impl Engine {
     }
 
     /// Estimates the nanoseconds of a figure that can be drawn at once, without what the door does for
-    /// observers and traces: `None` if there are any, or if it may take so long that it is suspended.
+    /// observers and traces: `None` if any of them follows figures, or if it may take so long that it is
+    /// suspended.
     #[inline]
     pub(crate) fn quick_figure_ns(&mut self, s: &mut Session, figure: &Figure) -> Option<u64> {
-        if !self.observers.is_empty() || self.follows_requests() {
+        if self.has_followed_figures || self.follows_requests() {
             return None;
         }
         let ns = self.on_surface_of(s, figure, |engine, s| engine.figure_ns(s, figure));

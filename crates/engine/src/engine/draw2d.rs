@@ -169,16 +169,18 @@ impl Engine {
     }
 
     /// Returns the executor of the 2-D verbs: the renderer's threads, never cancelled.
-    fn executor(&self) -> Executor {
+    pub(in crate::engine) fn executor(&self) -> Executor {
         Executor::of_pool(self.rendering.renderer.options().pool.clone())
     }
 
-    /// Draws a line, area or text, within the band of rows to which the memory is restricted.
+    /// Draws a line, area or text, within the band of rows to which the memory is restricted; a large
+    /// area on all threads of the pool if there is one.
     pub(super) fn figure(&mut self, s: &mut Session, figure: impl DrawFigure) -> Result<(), DrawError> {
         figure.draw(&mut FigureTarget {
             memory: &mut self.framebuffer.memory,
             blend: s.blend,
             text_size: s.text_size,
+            pool: self.rendering.renderer.options().pool.as_ref(),
         })
     }
 

@@ -149,6 +149,8 @@ pub struct Engine {
     /// Set if the first command of a stream may be `SIZE w h`.
     takes_size: bool,
     observers: Vec<Box<dyn Observer>>,
+    /// Set if an observer needs the events of every figure.
+    has_followed_figures: bool,
     /// Areas of the running stream that wait for others; kept to be used again.
     pub(crate) areas: Vec<QueuedArea>,
     /// Outputs that `STATS` names without an observer.
@@ -261,6 +263,7 @@ impl Engine {
             dialect: Dialect::default(),
             takes_size: false,
             observers: Vec::new(),
+            has_followed_figures: false,
             areas: Vec::new(),
             offered_outputs: Vec::new(),
             is_in_pieces: false,

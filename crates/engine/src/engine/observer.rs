@@ -39,6 +39,12 @@ pub trait Observer: Any + Debug + Send {
         false
     }
 
+    /// Returns whether it needs the events of every figure. Where no observer does, figures are drawn
+    /// without a request of their own, and several at once; their rows come as [`Event::Changed`].
+    fn follows_figures(&self) -> bool {
+        true
+    }
+
     /// Returns whether `PRESENT wait` for this frame can be answered.
     fn is_shown(&self, _frame: u64) -> bool {
         true

@@ -45,6 +45,12 @@ impl Engine {
         );
         self.send_pixels(&changed);
         self.observers.push(observer);
+        self.note_followers();
+    }
+
+    /// Notes whether any observer needs the events of every figure.
+    fn note_followers(&mut self) {
+        self.has_followed_figures = self.observers.iter().any(|observer| observer.follows_figures());
     }
 
     /// Returns the first attached observer of a type.
@@ -55,6 +61,7 @@ impl Engine {
     /// Detaches all observers of a type.
     pub fn detach<T: Observer>(&mut self) {
         self.observers.retain(|observer| !(&**observer as &dyn Any).is::<T>());
+        self.note_followers();
     }
 
     /// Sends an event to all observers.

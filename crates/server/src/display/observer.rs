@@ -73,6 +73,10 @@ impl Observer for DisplayObserver {
         }
     }
 
+    fn follows_figures(&self) -> bool {
+        false
+    }
+
     fn is_shown(&self, frame: u64) -> bool {
         self.display.is_closed() || self.display.frame_on_screen() >= frame
     }

@@ -91,6 +91,10 @@ impl Observer for WebObserver {
         }
     }
 
+    fn follows_figures(&self) -> bool {
+        false
+    }
+
     fn deadline(&self, now: Instant, is_frozen: bool) -> Option<Instant> {
         let due = self.shown_at + SHOW_EVERY;
         // Once it is due and not wanted, the web thread wakes this one.

@@ -3,15 +3,13 @@
 use std::hint::select_unpredictable;
 use std::ops::Range;
 
+use super::super::band::NO_ROWS;
 use super::super::blend::Paint;
 use super::super::color_ramp::ColorRamp;
 use super::super::{Blend, RampColor, over};
 use crate::math::bresenham::BresenhamLine;
 use crate::math::coverage::PixelRect;
 use crate::memory::Rgba;
-
-/// An empty range of rows, as the initial value of a union.
-pub(super) const NO_ROWS: Range<u32> = Range { start: u32::MAX, end: 0 };
 
 /// Number of steps below which a line is drawn without a division at its start.
 pub(super) const SHORT: u32 = 16;

@@ -4,14 +4,14 @@
 //! A pixel belongs to one band, and in it the lines are drawn in order, so the result has the same
 //! bytes as calling [`line`](super::line) for each, with any number of threads.
 
-use super::bresenham::{NO_ROWS, VisibleRun};
+use super::bresenham::VisibleRun;
 use super::{draw, inside, is_short, store_short};
+use crate::draw2d::band::{NO_ROWS, on_bands};
 use crate::draw2d::{Blend, RampColor, pixels_mut};
 use crate::executor::Executor;
 use crate::math::coverage::PixelRect;
 use crate::memory::{Rgba, VideoMemory};
 use std::ops::Range;
-use std::sync::atomic::{AtomicU32, Ordering};
 
 /// A line, as [`lines`] takes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -55,23 +55,19 @@ pub fn lines_on<L>(executor: &Executor, memory: &mut VideoMemory, lines: &[L], b
 where
     L: Copy + Sync + Into<Line>,
 {
-    let (width, height) = (memory.width(), memory.height());
-    let bands = executor.threads().clamp(1, height as usize);
-    if bands == 1 || memory.is_clipped() || !is_worth_threads(lines) {
+    let threads = executor.threads();
+    if threads == 1 || !is_worth_threads(lines) {
         return super::lines(memory, lines.iter().map(|&l| l.into()), blend);
     }
-    let band_rows = height.div_ceil(bands as u32);
-    let (low, high) = (AtomicU32::new(u32::MAX), AtomicU32::new(0));
-    executor.chunks(pixels_mut(memory), band_rows as usize * width as usize, |i, pixels| {
-        let top = i as u32 * band_rows;
-        let band = Band { top: top as i32, rows: band_rows.min(height - top), width };
-        let drawn = band.draw(pixels, lines, blend);
+    // No more bands than threads: each of them reads all lines.
+    on_bands(executor, memory, 0..memory.height() as i32, threads, |band| {
+        let PixelRect { x0, y0, x1, y1 } = band.clip();
+        let lines_of = LineBand { top: y0, rows: (y1 - y0) as u32, width: band.size()[0], columns: x0..x1 };
+        let drawn = lines_of.draw(band.pixels_mut(), lines, blend);
         if drawn.start < drawn.end {
-            low.fetch_min(top + drawn.start, Ordering::Relaxed);
-            high.fetch_max(top + drawn.end, Ordering::Relaxed);
+            band.mark_rows(band.top() + drawn.start..band.top() + drawn.end);
         }
     });
-    memory.mark_rows(low.into_inner()..high.into_inner());
 }
 
 /// Number of steps below which waking other threads costs more than it gains: some 50 microseconds
@@ -92,13 +88,15 @@ pub(super) fn is_worth_threads<L: Copy + Into<Line>>(lines: &[L]) -> bool {
 const BLOCK: usize = 256;
 
 /// A band of rows of the frame, drawn by one thread.
-struct Band {
+struct LineBand {
     top: i32,
     rows: u32,
     width: u32,
+    /// Columns that may be drawn.
+    columns: Range<i32>,
 }
 
-impl Band {
+impl LineBand {
     /// Draws the lines that fall into the band. Returns the rows written, relative to the band.
     fn draw<L: Copy + Into<Line>>(&self, pixels: &mut [Rgba], lines: &[L], blend: Blend) -> Range<u32> {
         let mut drawn = NO_ROWS;
@@ -137,7 +135,7 @@ impl Band {
         // either way.
         let [a, b] = [p0, p1].map(|[x, y]| [x, y.saturating_sub(self.top)]);
         let size = [self.width, self.rows];
-        if inside(a, size) && inside(b, size) {
+        if self.columns.len() == self.width as usize && inside(a, size) && inside(b, size) {
             if blend == Blend::Replace && color.to.is_none() && is_short(a, b) {
                 store_short(pixels, a, b, self.width, color.from);
                 let (a, b) = (a[1] as u32, b[1] as u32);
@@ -146,7 +144,7 @@ impl Band {
             return VisibleRun::unclipped(a, b, self.width).draw(pixels, color, blend);
         }
         let [a, b] = [p0, p1].map(|[x, y]| [i64::from(x), i64::from(y) - i64::from(self.top)]);
-        let band = PixelRect { x0: 0, y0: 0, x1: self.width as i32, y1: self.rows as i32 };
+        let band = PixelRect { x0: self.columns.start, y0: 0, x1: self.columns.end, y1: self.rows as i32 };
         let run = VisibleRun::clipped(a, b, band, self.width);
         run.map_or(NO_ROWS, |run| run.draw(pixels, color, blend))
     }

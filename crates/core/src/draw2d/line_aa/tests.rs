@@ -22,7 +22,7 @@ fn areas(p0: [f64; 2], p1: [f64; 2], clip: PixelRect) -> BTreeMap<(i32, i32), f6
 fn cut_areas(p0: [f64; 2], p1: [f64; 2], clip: PixelRect) -> BTreeMap<(i32, i32), f64> {
     let mut all = BTreeMap::new();
     if let Some(rect) = SegmentRect::new(p0, p1, clip) {
-        cut_pixels(&rect, clip, &mut |x, y, area| assert!(all.insert((x, y), area).is_none()));
+        cut_pixels(&rect, clip, clip, &mut |x, y, area| assert!(all.insert((x, y), area).is_none()));
     }
     all
 }

@@ -17,6 +17,8 @@ use std::time::Duration;
 
 /// Pixels of a band of rows, about.
 const BAND_PIXELS: u32 = 1 << 15;
+/// Estimated nanoseconds of a band of a figure for each thread that draws it.
+const THREAD_BAND_NS: u64 = 1_000_000;
 /// Rows of the first band, whose time is not known.
 const FIRST_ROWS: u32 = 4;
 
@@ -61,6 +63,11 @@ pub(super) trait Band: fmt::Debug + Send {
     /// As [`Piecewise::run`].
     fn run(&mut self, engine: &mut Engine, s: &mut Session, rows: Range<u32>) -> Result<(), Fault>;
 
+    /// Returns the number of rows of a band, at most. To be asked on the surface of the command.
+    fn most_rows(&self, engine: &Engine, _: &Session) -> u32 {
+        band_rows(engine)
+    }
+
     /// Completes the command, as [`Piecewise::end`].
     fn end(&mut self, _: &mut Engine, _: &mut Session, _: &mut Vec<u8>) {}
 
@@ -83,7 +90,7 @@ pub(super) trait Band: fmt::Debug + Send {
 const LONG_BAND: Duration = Duration::from_millis(1);
 const SHORT_BAND: Duration = Duration::from_micros(300);
 
-/// A command in bands, and the first row of the next one. A band has at most [`band_rows`] rows, and
+/// A command in bands, and the first row of the next one. A band has at most [`Band::most_rows`], and
 /// as many fewer as it takes to keep its time: what a row costs beside its pixels need not be known.
 #[derive(Debug)]
 pub(super) struct Bands<B> {
@@ -103,7 +110,7 @@ impl<B: Band + 'static> Bands<B> {
 impl<B: Band> Piecewise for Bands<B> {
     fn run(&mut self, engine: &mut Engine, s: &mut Session, _: Option<Instant>) -> Result<bool, Fault> {
         let height = engine.framebuffer.height();
-        let count = self.rows.min(band_rows(engine));
+        let count = self.rows.min(self.band.most_rows(engine, s));
         let rows = self.next_row..(self.next_row + count).min(height);
         self.next_row = rows.end;
         let begun = Instant::now();
@@ -167,6 +174,14 @@ pub(super) struct FigureBands {
 }
 
 impl Band for FigureBands {
+    /// Several threads draw more rows in the same time.
+    fn most_rows(&self, engine: &Engine, s: &Session) -> u32 {
+        let threads = engine.executor().threads() as u64;
+        let ns_a_row = engine.figure_ns(s, &self.figure) / u64::from(engine.framebuffer.height());
+        let shared = if threads > 1 { THREAD_BAND_NS * threads / ns_a_row.max(1) } else { 0 };
+        band_rows(engine).max(shared.min(u64::from(engine.framebuffer.height())) as u32)
+    }
+
     fn run(&mut self, engine: &mut Engine, s: &mut Session, rows: Range<u32>) -> Result<(), Fault> {
         engine.framebuffer.memory.set_window(rows);
         let drawn = engine.figure(s, &self.figure);

@@ -59,6 +59,20 @@ pub enum PlaneWork {
     Pictures,
     /// Lines of 54 letters.
     Text,
+    /// One half transparent disc as high as the frame.
+    LargeDiscOver,
+    /// One triangle over the whole frame, in three half transparent colours.
+    LargeTriangleOver,
+    /// The same triangle, opaque.
+    LargeTriangle,
+    /// One star over the whole frame, half transparent.
+    LargeStarOver,
+    /// One rectangle over the whole frame.
+    LargeRect,
+    /// One line across the frame, as wide as a sixth of its height, half transparent.
+    LargeLineOver,
+    /// One anti-aliased line across the frame.
+    LargeLineSmooth,
     /// Pixels, one command each.
     SmallPixels,
     /// Rectangles of 4x4.
@@ -73,7 +87,7 @@ pub enum PlaneWork {
 
 impl PlaneWork {
     /// Every workload.
-    pub const ALL: [PlaneWork; 18] = [
+    pub const ALL: [PlaneWork; 25] = [
         PlaneWork::Rects,
         PlaneWork::RectsOver,
         PlaneWork::Discs,
@@ -87,6 +101,13 @@ impl PlaneWork {
         PlaneWork::Stars,
         PlaneWork::Pictures,
         PlaneWork::Text,
+        PlaneWork::LargeDiscOver,
+        PlaneWork::LargeTriangleOver,
+        PlaneWork::LargeTriangle,
+        PlaneWork::LargeStarOver,
+        PlaneWork::LargeRect,
+        PlaneWork::LargeLineOver,
+        PlaneWork::LargeLineSmooth,
         PlaneWork::SmallPixels,
         PlaneWork::SmallRects,
         PlaneWork::SmallLines,
@@ -110,6 +131,13 @@ impl PlaneWork {
             PlaneWork::Stars => ("2d_stars", 1000, false),
             PlaneWork::Pictures => ("2d_pictures", 20, false),
             PlaneWork::Text => ("2d_text", 1000, false),
+            PlaneWork::LargeDiscOver => ("2d_large_disc_over", 1, true),
+            PlaneWork::LargeTriangleOver => ("2d_large_triangle_over", 1, true),
+            PlaneWork::LargeTriangle => ("2d_large_triangle", 1, false),
+            PlaneWork::LargeStarOver => ("2d_large_star_over", 1, true),
+            PlaneWork::LargeRect => ("2d_large_rect", 1, false),
+            PlaneWork::LargeLineOver => ("2d_large_line_over", 1, true),
+            PlaneWork::LargeLineSmooth => ("2d_large_line_aa", 1, false),
             PlaneWork::SmallPixels => ("2d_small_pixels", 100_000, false),
             PlaneWork::SmallRects => ("2d_small_rects", 100_000, false),
             PlaneWork::SmallLines => ("2d_small_lines", 100_000, false),
@@ -141,7 +169,7 @@ impl PlaneWork {
 
     /// Returns its figures on a frame of this size.
     pub(super) fn figures(self, size: Size) -> Vec<Figure> {
-        let count = (self.count() / size.divisor as usize).max(2);
+        let count = (self.count() / size.divisor as usize).max(self.count().min(2));
         let mut random = Random { numbers: Xorshift::new(), size: [size.width as i32, size.height as i32] };
         (0..count).map(|i| random.figure(self, i)).collect()
     }
@@ -173,7 +201,7 @@ impl Random {
 
     fn figure(&mut self, work: PlaneWork, i: usize) -> Figure {
         use PlaneWork as W;
-        let (place, color) = (self.place(), self.color(work.is_over()));
+        let ([w, h], place, color) = (self.size, self.place(), self.color(work.is_over()));
         match work {
             W::Rects | W::RectsOver => Figure::Rect([place[0] - 200, place[1] - 150, 400, 300], color),
             W::Discs | W::DiscsOver => Figure::Disc(place, 60, color),
@@ -185,12 +213,21 @@ impl Random {
             W::Lines => Figure::Line([place, self.place()], color),
             W::SmoothLines => Figure::SmoothLine([place, self.place()], color),
             W::WideLines => Figure::WideLine([place, self.place()], 8, color),
-            W::Stars => Figure::Polygon(star(place, self.below(60)), color),
+            W::Stars => Figure::Polygon(star(place, [60, 25], self.below(60)), color),
             W::Pictures => Figure::Picture([i as i32 % 7, i as i32 % 5], self.size),
             W::Text => {
                 let text = (0..54).map(|_| char::from(b'!' + self.below(94) as u8)).collect();
                 Figure::Text([place[0] / 2, place[1]], text, color)
             }
+            W::LargeDiscOver => Figure::Disc([w / 2, h / 2], 12 * h / 25, color),
+            W::LargeTriangleOver | W::LargeTriangle => {
+                let colors = [color, self.color(work.is_over()), self.color(work.is_over())];
+                Figure::Triangle([[-w / 2, 0], [w + w / 2, -h / 9], [w / 3, h + h]], colors)
+            }
+            W::LargeStarOver => Figure::Polygon(star([w / 2, h / 2], [w, 2 * w / 5], 7), color),
+            W::LargeRect => Figure::Rect([0, 0, w - 1, h], color),
+            W::LargeLineOver => Figure::WideLine([[w / 20, h / 9], [w - w / 20, h - h / 9]], h / 6, color),
+            W::LargeLineSmooth => Figure::SmoothLine([[3, 5], [w - 4, h - 7]], color),
             W::SmallPixels => Figure::Pixel(place, color),
             W::SmallRects => Figure::Rect([place[0], place[1], 4, 4], color),
             W::SmallLines => Figure::Line([place, self.near(place, 10)], color),
@@ -206,12 +243,12 @@ impl Random {
     }
 }
 
-/// Returns the ten corners of a star of radius 60 and 25 about a place, turned by `turn` of 60 parts of
-/// a tip.
-fn star([x, y]: [i32; 2], turn: i32) -> Vec<[i32; 2]> {
+/// Returns the ten corners of a star about a place, of the radii of its tips and of the corners between
+/// them, turned by `turn` of 60 parts of a tip.
+fn star([x, y]: [i32; 2], radii: [i32; 2], turn: i32) -> Vec<[i32; 2]> {
     let corner = |i: i32| {
         let angle = (f64::from(i) + f64::from(turn) / 30.0) * std::f64::consts::PI / 5.0;
-        let r = if i % 2 == 0 { 60.0 } else { 25.0 };
+        let r = f64::from(radii[i as usize % 2]);
         let (sin, cos) = libm::sincos(angle);
         [x + (r * sin).round() as i32, y - (r * cos).round() as i32]
     };

@@ -153,7 +153,7 @@ pub fn run_plane(
     drawing.frame()?;
     let first = drawing.engine.memory().bytes().to_vec();
     let max_error_steps = largest_difference(&first, truth.bytes());
-    let allowed = u8::from(work == PlaneWork::SmoothLines);
+    let allowed = u8::from(matches!(work, PlaneWork::SmoothLines | PlaneWork::LargeLineSmooth));
     if max_error_steps > allowed {
         return Err(format!("{max_error_steps}/255 from the truth, {allowed}/255 allowed"));
     }
