@@ -30,7 +30,8 @@ fn light(r: &mut Random, i: u32) -> Light {
             LightKind::Spot { position, direction, angle_rad: angle, exponent, attenuation }
         }
         2 => {
-            let (beam_width_rad, cut_off_rad) = (angle * r.real(0.1, 0.9), angle);
+            let cut_off_rad = if r.one_in(3) { r.real(1.6, 3.3) } else { angle };
+            let beam_width_rad = cut_off_rad * r.real(0.1, 1.2);
             LightKind::X3dSpot { position, direction, beam_width_rad, cut_off_rad, attenuation, radius }
         }
         _ => LightKind::Point { position, attenuation, radius },
@@ -61,10 +62,24 @@ fn wall(r: &mut Random) -> Object {
     Object { material, cull: Cull::None, two_sided_lighting: r.one_in(2), ..object("wall", mesh) }
 }
 
+/// Returns one mesh of many large faces that cut each other.
+fn louvre(r: &mut Random) -> Object {
+    let mut corners = Vec::new();
+    for _ in 0..11 {
+        let middle = r.point(-0.3, 0.3);
+        corners.extend([0; 3].map(|_| middle + r.point(-9.0, 9.0)));
+    }
+    let faces: Vec<[u32; 3]> = (0..11).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    Object { cull: Cull::None, ..object("louvre", Mesh::from_triangles(corners, &faces)) }
+}
+
 /// Returns a room of walls that cut each other under some lights.
 fn room(seed: u64, size: (u32, u32)) -> Shot {
     let mut r = Random::new(seed + 77);
-    let objects = (0..1 + seed % 3).map(|_| wall(&mut r)).collect();
+    let mut objects: Vec<Object> = (0..1 + seed % 3).map(|_| wall(&mut r)).collect();
+    if seed % 5 == 0 {
+        objects.push(louvre(&mut r));
+    }
     let lights = (0..[1, 2, 9][seed as usize % 3]).map(|i| light(&mut r, i + seed as u32)).collect();
     let look_at = LookAt { eye: r.point(-4.0, 4.0), reference: r.point(-2.0, 2.0), up: DVec3::Y };
     let projection = match r.one_in(4) {

@@ -103,7 +103,8 @@ impl Chosen {
         };
         // Light that differs is rounded to bytes on top of its difference.
         let left = max_error - bound.max(rounding + 1.0);
-        let is_lit = settings.shade.unwrap_or(call.shade) == ShadeMode::Phong;
+        let is_lit = settings.shade.unwrap_or(call.shade) == ShadeMode::Phong
+            && settings.lights.as_ref().is_none_or(|lights| !lights.is_empty());
         if self.has_large_faces && is_lit && left >= LEAST_LIGHT_ERROR {
             settings.light_error = Some(left);
             return Some((settings, max_error));

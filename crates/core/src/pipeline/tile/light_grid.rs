@@ -4,8 +4,8 @@
 //! In: a face that was set up in f64 and is lit per pixel, the tile, and the allowed error. Out: for
 //! each cell whether its pixels are interpolated, and the light at its corners. A cell is interpolated
 //! if its corners lie inside the face and the bound of [`super::linear_light`] for its block of
-//! 32x8 pixels is within the error. Both depend on the face and the cell alone: a pixel's colour
-//! depends neither on its neighbours nor on the vector width. One knows by pictures that stay within
+//! 32x8 pixels is within the error. Both depend on the face, the cell and the draw's clip rectangle
+//! alone: a pixel's colour depends neither on what hides its neighbours nor on the vector width. One knows by pictures that stay within
 //! 1/255 of the reference, and by the bound's own tests.
 //!
 //! Corners are the centres of the cells' first pixels, so a cell's last corners are those of the next
@@ -58,15 +58,15 @@ pub(super) fn reach(tile: PixelRect) -> PixelRect {
     PixelRect { y1: tile.y0 + (tile.y1 - tile.y0 + CELL - 1) / CELL * CELL, ..tile }
 }
 
-/// Light at a row of corners, and what it was computed from.
+/// Light at a row of corners, and what it was computed from at those of blocks.
 #[derive(Clone, Copy)]
 struct CornerRow {
     color: [[f32; COLUMNS]; 3],
     /// Positions in shading space times q.
-    point: [[f32; COLUMNS]; 3],
-    normal: [[f32; COLUMNS]; 3],
+    point: [[f32; BLOCK_COLUMNS + 1]; 3],
+    normal: [[f32; BLOCK_COLUMNS + 1]; 3],
     /// 1/w.
-    q: [f32; COLUMNS],
+    q: [f32; BLOCK_COLUMNS + 1],
     /// Bits of the corners that lie inside the face and are lit in f32.
     is_known: u128,
 }
@@ -83,44 +83,65 @@ pub(super) struct LightGrid {
     rows: [CornerRow; CELL_ROWS + 1],
 }
 
+/// Grids of a tile: those of the faces that were shaded last. So many faces that cut each other in one
+/// vector of pixels would be needed for grids to be computed again and again.
+const GRIDS: usize = 8;
+
 thread_local! {
     /// Grids of the thread's last tile: tiles neither ask for memory nor clear it.
-    static RECYCLED: Cell<Option<Box<[LightGrid; 2]>>> = const { Cell::new(None) };
+    static RECYCLED: Cell<Option<Box<[LightGrid; GRIDS]>>> = const { Cell::new(None) };
 }
 
-/// Grids of two faces of a tile: those of a rectangle share most rows.
-pub(super) struct LightGrids(Option<Box<[LightGrid; 2]>>);
+/// Grids of faces of a tile: 90 KB for each thread that has shaded large faces.
+pub(super) struct LightGrids {
+    grids: Option<Box<[LightGrid; GRIDS]>>,
+    /// Number of grids that were opened, and for each grid what it was when it was opened last.
+    opened: u64,
+    opened_at: [u64; GRIDS],
+}
 
 impl LightGrids {
     /// Creates no grids.
     pub fn none() -> Self {
-        LightGrids(None)
+        LightGrids { grids: None, opened: 0, opened_at: [0; GRIDS] }
     }
 
-    /// Returns the index of a face's grid, in which nothing is computed if it was another face's.
+    /// Returns the index of a face's grid. Nothing is computed in it if the face had none: then it was
+    /// that of the face that was opened longest ago.
     pub fn open(&mut self, face: i32) -> usize {
-        let grids = self.0.get_or_insert_with(|| {
-            let mut grids = RECYCLED.take().unwrap_or_else(|| Box::new([LightGrid::new(), LightGrid::new()]));
-            grids.iter_mut().for_each(|grid| grid.set_face(-1));
-            grids
-        });
-        let slot = (face & 1) as usize;
-        if grids[slot].face != face {
-            grids[slot].set_face(face);
-        }
+        let grids = self.grids.get_or_insert_with(recycled_grids);
+        let slot = match grids.iter().position(|grid| grid.face == face) {
+            Some(slot) => slot,
+            None => {
+                let slot = (0..GRIDS).min_by_key(|slot| self.opened_at[*slot]).unwrap_or_default();
+                grids[slot].set_face(face);
+                slot
+            }
+        };
+        self.opened += 1;
+        self.opened_at[slot] = self.opened;
         slot
     }
 
     /// Returns a grid.
     #[inline(always)]
     pub fn get(&mut self, slot: usize) -> Option<&mut LightGrid> {
-        self.0.as_mut().map(|grids| &mut grids[slot])
+        self.grids.as_mut().map(|grids| &mut grids[slot])
     }
+}
+
+/// Returns the grids of the thread's last tile, or new ones, as grids of no face.
+#[cold]
+#[inline(never)]
+fn recycled_grids() -> Box<[LightGrid; GRIDS]> {
+    let mut grids = RECYCLED.take().unwrap_or_else(|| Box::new([const { LightGrid::new() }; GRIDS]));
+    grids.iter_mut().for_each(|grid| grid.set_face(-1));
+    grids
 }
 
 impl Drop for LightGrids {
     fn drop(&mut self) {
-        if let Some(grids) = self.0.take() {
+        if let Some(grids) = self.grids.take() {
             RECYCLED.set(Some(grids));
         }
     }
@@ -128,9 +149,10 @@ impl Drop for LightGrids {
 
 impl LightGrid {
     /// Creates a grid of no face.
-    fn new() -> Self {
-        let row = [0.0; COLUMNS];
-        let row = CornerRow { color: [row; 3], point: [row; 3], normal: [row; 3], q: row, is_known: 0 };
+    const fn new() -> Self {
+        let (row, corners) = ([0.0; COLUMNS], [0.0; BLOCK_COLUMNS + 1]);
+        let row =
+            CornerRow { color: [row; 3], point: [corners; 3], normal: [corners; 3], q: corners, is_known: 0 };
         LightGrid {
             face: -1,
             has_corners: 0,
@@ -212,11 +234,11 @@ impl LightGrid {
         let mut axis = 0;
         while axis < 3 {
             store(s, color[axis], first, &mut to.color[axis]);
-            store(s, point[axis], first, &mut to.point[axis]);
-            store(s, normal[axis], first, &mut to.normal[axis]);
+            store_of_blocks(s, point[axis], first, &mut to.point[axis]);
+            store_of_blocks(s, normal[axis], first, &mut to.normal[axis]);
             axis += 1;
         }
-        store(s, q, first, &mut to.q);
+        store_of_blocks(s, q, first, &mut to.q);
         let lanes = (1u128 << S::LANES) - 1;
         to.is_known = (to.is_known & !(lanes << first)) | ((u128::from(known.bits()) & lanes) << first);
     }
@@ -266,7 +288,7 @@ impl BlockRow {
         for (corner, (row, right)) in [(upper, 0), (upper, 1), (lower, 0), (lower, 1)].into_iter().enumerate()
         {
             for block in 0..BLOCK_COLUMNS {
-                let at = (block + right) * BLOCK[0];
+                let at = block + right;
                 corners.q[corner][block] = row.q[at];
                 for axis in 0..3 {
                     corners.points[corner][axis][block] = row.point[axis][at];
@@ -316,6 +338,13 @@ impl Kernel for ErrorKernel<'_> {
                 }
                 corner += 1;
             }
+            // Normals are weighted by q: far away their squares would be lost.
+            let far = s.splat(1.0) / block.q[0];
+            let mut corner = 0;
+            while corner < 4 {
+                block.normals[corner] = scale::<S>(block.normals[corner], far);
+                corner += 1;
+            }
             let error = error_of_cells(s, self.lighting, &block);
             within |= (is_known & error.le(s.splat(self.most))).bits() << first;
             first += S::LANES;
@@ -328,6 +357,18 @@ impl Kernel for ErrorKernel<'_> {
 #[inline(always)]
 fn two(row: &[f32; COLUMNS], column: usize) -> [f32; 2] {
     [row[column], row[column + 1]]
+}
+
+/// Stores those numbers of a vector, from a column of corners on, that are at blocks' corners.
+#[inline(always)]
+fn store_of_blocks<S: Simd>(s: S, v: S::F, first: usize, to: &mut [f32; BLOCK_COLUMNS + 1]) {
+    let mut lanes = [0.0; 16];
+    s.store(v, &mut lanes[..S::LANES]);
+    let mut column = first.next_multiple_of(BLOCK[0]);
+    while column < first + S::LANES && column / BLOCK[0] <= BLOCK_COLUMNS {
+        to[column / BLOCK[0]] = lanes[column - first];
+        column += BLOCK[0];
+    }
 }
 
 /// Stores a vector from a column on.

@@ -30,12 +30,16 @@ use super::lighting::{
 };
 use crate::scene::LightingModel;
 use crate::simd::{F32, Simd};
+use std::f32::consts::PI;
 
 /// Added to angles: what f32 loses of them, for lights no nearer than a 64th of the eye's distance.
 const ROUNDING: f32 = 2e-5;
 
 /// Least length of a vector, so that none is divided by 0.
 const LEAST: f32 = 1e-18;
+
+/// Length of a vector below which f32 loses the square of what it turns by.
+const SHORT: f32 = 1e-7;
 
 /// Bound that nothing is within.
 const UNKNOWN: f32 = f32::INFINITY;
@@ -254,16 +258,18 @@ fn in_cone<S: Simd>(s: S, light: &FastLight, to_light: &Direction<S>) -> (Varyin
                 acos(s, cosine.high.min(one)) - s.splat(1e-4),
                 acos(s, cosine.low.max(-one)) + s.splat(1e-4),
             );
+            // The angle curves most near the axis, before the light and behind it.
+            let from_axis = nearest.min(s.splat(PI) - farthest).max(s.splat(LEAST));
             let per_angle = one / s.splat(cut_off - beam).max(s.splat(LEAST));
             let mut part = constant(s, 1.0);
             let mut side = 0;
             while side < 2 {
                 let (l1, l2) = (to_light.first[side], to_light.second[side]);
                 part.first[side] = l1 * per_angle;
-                part.second[side] = (l2 + l1 * l1 / nearest.max(s.splat(LEAST))) * per_angle;
+                part.second[side] = (l2 + l1 * l1 / from_axis) * per_angle;
                 side += 1;
             }
-            let is_full = farthest.lt(s.splat(beam));
+            let is_full = farthest.lt(s.splat(beam.min(cut_off)));
             let is_partial = s.splat(beam).lt(nearest) & farthest.lt(s.splat(cut_off));
             let part = selected(s, is_full, &constant(s, 1.0), &part);
             (known_where(s, is_full | is_partial, part), s.splat(cut_off).lt(nearest))
@@ -371,12 +377,13 @@ fn direction<S: Simd>(s: S, v: &[V3<S>; 4]) -> Direction<S> {
     }
     let inverse = one / (least - (steps[0] + steps[1]) * half).max(s.splat(LEAST));
     let (mut first, mut second) = (steps, steps);
+    let is_short = least.lt(s.splat(SHORT));
     let mut side = 0;
     while side < 2 {
         let turn = turned[side] * inverse * inverse + s.splat(ROUNDING);
         let stretch = steps[side] * inverse;
         first[side] = turn;
-        second[side] = (stretch + stretch) * turn + turn * turn;
+        second[side] = s.select(is_short, s.splat(UNKNOWN), (stretch + stretch) * turn + turn * turn);
         side += 1;
     }
     Direction { at, first, second }

@@ -41,7 +41,9 @@ struct CachedFace<'a, S: Simd> {
     exact_face: Option<&'a ExactFace>,
     /// Packed colour; `None` if the face has more than one.
     color: Option<S::I>,
-    /// Index of its grid in `grids`, if it may have one.
+    /// True if it may have a grid of light.
+    has_grid: bool,
+    /// Index of its grid in `grids`, once it is open.
     grid: Option<usize>,
     grids: LightGrids,
 }
@@ -55,17 +57,10 @@ impl<'a, S: Simd> CachedFace<'a, S> {
             self.face = face;
             self.exact_face = (faces.exact_face)(face as u32);
             self.color = faces.only_color(s, face as usize, self.exact_face);
-            self.grid = self.open_grid(faces, tile.rect());
+            self.has_grid = self.color.is_none()
+                && self.exact_face.is_some_and(|face| faces.may_have_grid(face, tile.rect()));
+            self.grid = None;
         }
-    }
-
-    /// Gives the face a grid of light, if that may pay.
-    fn open_grid(&mut self, faces: &Faces<'_>, tile: PixelRect) -> Option<usize> {
-        let exact_face = self.exact_face?;
-        if self.color.is_some() || !faces.may_have_grid(exact_face, tile) {
-            return None;
-        }
-        Some(self.grids.open(self.face))
     }
 }
 
@@ -84,6 +79,7 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
             face: NO_FACE,
             exact_face: None,
             color: None,
+            has_grid: false,
             grid: None,
             grids: LightGrids::none(),
         };
@@ -441,7 +437,12 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         cached: &mut CachedFace<'a, S>,
         (x, y): (i32, i32),
     ) -> Option<S::I> {
-        let (slot, exact_face) = (cached.grid?, cached.exact_face?);
+        let exact_face = cached.exact_face.filter(|_| cached.has_grid)?;
+        let slot = match cached.grid {
+            Some(slot) => slot,
+            None => cached.grids.open(cached.face),
+        };
+        cached.grid = Some(slot);
         let grid = cached.grids.get(slot)?;
         let (row, column) = ((y - self.tile.y0) / CELL, (x - self.tile.x0) / CELL);
         let cell = [row as usize, column as usize];

@@ -333,7 +333,10 @@ impl TileRow<'_> {
         let name = self.draw.job.name;
         match self.draw.job.shading.maps {
             None => {
-                let lights = lights_of_tile(self.faces.shading, light_grid::reach(tile.rect()));
+                let has_grids = self.faces.may_have_grids()
+                    && self.chunks.iter().any(|chunk| !chunk.exact_faces.is_empty());
+                let reached = if has_grids { light_grid::reach(tile.rect()) } else { reach };
+                let lights = lights_of_tile(self.faces.shading, reached);
                 let of_tile =
                     lights.as_ref().map(|l| Shading { bindings: &l.bindings, ..*self.faces.shading });
                 // Of this lifetime, as the lights are.

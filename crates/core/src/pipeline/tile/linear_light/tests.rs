@@ -78,7 +78,11 @@ fn light_at(lighting: &MaterialLighting, block: &Block, x: f64, y: f64) -> f64 {
             Cone::Power { axis, exponent, .. } => power(along(axis), exponent),
             Cone::Linear { axis, beam, cut_off } => {
                 let angle = libm::acos(along(axis).clamp(-1.0, 1.0));
-                ((f64::from(cut_off) - angle) / f64::from(cut_off - beam)).clamp(0.0, 1.0)
+                match angle {
+                    outside if outside >= f64::from(cut_off) => 0.0,
+                    full if full <= f64::from(beam) => 1.0,
+                    part => (f64::from(cut_off) - part) / f64::from(cut_off - beam),
+                }
             }
         };
         let facing = normal.dot(to_light);
@@ -159,7 +163,8 @@ impl Random {
         let f32s = |v: DVec3| v.to_array().map(|v| v as f32);
         let toward = (block.normal[0] + 0.8 * self.direction()).normalize();
         let distance = self.between(0.3, 8.0);
-        let axis = f32s((-toward + 0.3 * self.direction()).normalize());
+        let away = if self.one_of(4) == 0 { 1.0 } else { -1.0 };
+        let axis = f32s((away * toward + 0.3 * self.direction()).normalize());
         let gray = |v: f64| [v as f32; 3];
         FastLight {
             position: match self.one_of(4) {
@@ -168,7 +173,10 @@ impl Random {
             },
             cone: match self.one_of(4) {
                 0 => Cone::Power { axis, cos_angle: 0.6, exponent: Exponent::Integer(3) },
-                1 => Cone::Linear { axis, beam: 0.3, cut_off: 1.1 },
+                1 => {
+                    let cut_off = self.between(0.4, 3.4) as f32;
+                    Cone::Linear { axis, beam: cut_off * self.between(0.1, 1.2) as f32, cut_off }
+                }
                 _ => Cone::None,
             },
             reach2: if self.one_of(4) == 0 {
