@@ -77,7 +77,7 @@ fn louvre(r: &mut Random) -> Object {
 fn room(seed: u64, size: (u32, u32)) -> Shot {
     let mut r = Random::new(seed + 77);
     let mut objects: Vec<Object> = (0..1 + seed % 3).map(|_| wall(&mut r)).collect();
-    if seed % 5 == 0 {
+    if seed.is_multiple_of(5) {
         objects.push(louvre(&mut r));
     }
     let lights = (0..[1, 2, 9][seed as usize % 3]).map(|i| light(&mut r, i + seed as u32)).collect();
