@@ -1,6 +1,7 @@
 //! The bound against dense samples of the lighting model in f64.
 
 use super::*;
+use crate::pipeline::tile::lighting::Exponent;
 use crate::simd::{Kernel, Level};
 use glam::DVec3;
 
