@@ -113,6 +113,11 @@ impl Chosen {
     }
 }
 
+/// Returns whether nothing but light makes the colours of a draw: only then it is interpolated.
+fn is_light_alone(call: &DrawCall) -> bool {
+    steps_of_rounding(call) <= 1.0 && call.fog.is_none() && call.geometry.mesh.colors.is_empty()
+}
+
 /// Chooses the settings of a draw; `None` if its mesh is drawn for the first time. `to_clip` is
 /// the transform from the world to clip space.
 fn choose(
@@ -130,6 +135,7 @@ fn choose(
     let exact = costs.drawing(call.shade, light_indices(call)).sum();
     let has_large_faces = costs.has_large_faces()
         && light_indices(call).next().is_some()
+        && is_light_alone(call)
         && ShadedObject::of(call, mesh_box, None).is_some();
     let mut chosen =
         Chosen { exact, found: None, is_unmeasured: false, detail: None, ndc_box, has_large_faces };
