@@ -244,10 +244,13 @@ impl Faces<'_> {
     /// makes their colour.
     pub(super) fn may_have_grids(&self) -> bool {
         let shader = &self.shading.shader;
+        let is_light_alone =
+            |binding: &MaterialBinding<'_>| binding.texture.is_none() && !binding.lighting.lights.is_empty();
         matches!(shader.source, ColorSource::Pixels(_))
             && shader.fog.is_none()
             && shader.colors.is_empty()
             && !self.shading.is_affine
+            && self.shading.bindings.iter().any(is_light_alone)
     }
 
     /// Returns whether a face may have a grid of light in a tile that pays.
