@@ -38,7 +38,7 @@ use varying::{
     length, of_side, product, raised, selected, subtract, varying,
 };
 
-/// What four corners of a block are lit from: left and right of the upper side, then of the lower one.
+/// Inputs of the light at the four corners of a block: left and right of the upper side, then of the lower.
 pub(super) struct BlockCorners<S: Simd> {
     /// 1/w.
     pub q: [S::F; 4],
