@@ -106,9 +106,9 @@ impl Decoder {
         Ok(())
     }
 
-    /// Reserves memory for the first `filled` bytes of a payload of `length` bytes. The system maps
-    /// no more of a new large buffer than is written, so that is reserved in steps; a used buffer
-    /// is reserved in full.
+    /// Reserves memory for the first `filled` bytes of a payload of `length` bytes. Of a new large
+    /// buffer the system maps the pages that are written, the last of them a huge page perhaps, so
+    /// that is reserved in steps; a used buffer is reserved in full.
     pub(super) fn reserve_payload(&mut self, filled: usize, length: usize) -> Result<(), OverBudget> {
         let held = match &mut self.payload_held {
             Some(held) if held.bytes() >= filled.max(self.warm_bytes) as u64 => return Ok(()),
@@ -120,7 +120,9 @@ impl Decoder {
         };
         let room = match self.payload.capacity() {
             small @ 0..=KEPT_BYTES => small,
-            _ => filled.next_multiple_of(RESERVED_BYTES).min(length).max(self.warm_bytes),
+            large => (filled.next_multiple_of(RESERVED_BYTES) + allocator::mapped_ahead(large))
+                .min(length)
+                .max(self.warm_bytes),
         };
         held.try_cover(room as u64)
     }

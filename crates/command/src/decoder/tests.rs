@@ -138,6 +138,28 @@ fn a_payload_beyond_the_memory_is_refused_and_skipped_and_all_of_it_is_given_bac
 }
 
 #[test]
+fn a_payload_in_huge_pages_reserves_the_page_that_is_mapped_ahead() {
+    let room = 6 << 20;
+    let budget = MemoryBudget::new(room);
+    let pool = PayloadPool::within(&budget);
+    for (length, fitting) in [(16 << 20, 4 << 20), (room as usize, room as usize - 1)] {
+        let (mut decoder, mut heard) =
+            (Decoder::with_payload_pool(Limits::default(), &pool), Heard::default());
+        let _ = decoder.feed(format!("TEXT 0 0 ff :{length}\n").as_bytes(), &mut heard);
+        for _ in 0..fitting / 1000 {
+            let _ = decoder.feed(&[b'a'; 1000], &mut heard);
+        }
+        let _ = decoder.feed(&vec![b'a'; fitting % 1000], &mut heard);
+        assert_eq!((budget.available(), &heard.errors), (0, &vec![]), "{length}");
+        let _ = decoder.feed(b"a", &mut heard);
+        assert_eq!(
+            (heard.errors.len(), heard.texts.len()),
+            if length > fitting + 1 { (1, 0) } else { (0, 1) }
+        );
+    }
+}
+
+#[test]
 fn a_text_that_is_a_lines_end_is_utf_8_and_not_empty() {
     let (mut decoder, mut heard) = decoder();
     for (line, code) in [

@@ -46,9 +46,16 @@ pub fn ask_for_huge_pages<T>(block: &mut [T]) {
 /// Puts a list's capacity into huge pages if it is long, so that gathers from all over it miss
 /// fewer address translations. To be called before the memory is written for the first time.
 pub fn prefer_huge_pages<T>(list: &mut Vec<T>) {
-    if list.is_empty() && list.capacity().saturating_mul(size_of::<T>()) >= 2 * HUGE_PAGE_BYTES {
+    if list.is_empty() && mapped_ahead(list.capacity().saturating_mul(size_of::<T>())) > 0 {
         ask_for_huge_pages(list.spare_capacity_mut());
     }
+}
+
+/// Returns the largest number of bytes that the system maps after the last one that was written, of a
+/// block of `bytes` bytes that [`prefer_huge_pages`] has seen and that is written from its start on:
+/// all of a huge page but one byte.
+pub fn mapped_ahead(bytes: usize) -> usize {
+    if bytes >= 2 * HUGE_PAGE_BYTES { HUGE_PAGE_BYTES } else { 0 }
 }
 
 /// Resizes `list` to `len` items, new ones being `value`. If its capacity is too small, it is
