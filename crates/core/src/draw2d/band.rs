@@ -78,7 +78,8 @@ impl<'a> Band<'a> {
 
     /// Paints the columns that `row` returns of each of `ys`, all inside the band; empty ones are
     /// skipped.
-    #[inline]
+    // In line, so that of a small figure the band stays in registers.
+    #[inline(always)]
     pub(super) fn paint_rows(&mut self, paint: Paint, ys: Range<i32>, row: impl Fn(i32) -> Range<i32>) {
         let mut marked: Option<Range<i32>> = None;
         for y in ys {
@@ -94,6 +95,7 @@ impl<'a> Band<'a> {
     }
 
     /// Paints pixels `xs` of rows `ys`, both inside the band.
+    #[inline(always)]
     pub(super) fn paint_block(&mut self, paint: Paint, xs: Range<i32>, ys: Range<i32>) {
         if xs.is_empty() || ys.is_empty() {
             return;

@@ -94,18 +94,15 @@ pub fn rect(memory: &mut VideoMemory, rect: Rect, color: Rgba, blend: Blend) -> 
     };
     let (top, bottom) = (side(y.into(), &ys), side(last(y, h), &ys));
     let (left, right) = (side(x.into(), &xs), side(last(x, w), &xs));
-    on_all_rows(memory, |band| {
-        band.paint_block(paint, xs.clone(), top.clone());
-        if h > 1 {
-            band.paint_block(paint, xs, bottom.clone());
-        }
-        // The columns between the two rows.
-        let between = ys.start + top.len() as i32..ys.end - if h > 1 { bottom.len() as i32 } else { 0 };
-        band.paint_block(paint, left, between.clone());
-        if w > 1 {
-            band.paint_block(paint, right, between);
-        }
-    });
+    // The columns between the two rows.
+    let between = ys.start + top.len() as i32..ys.end - if h > 1 { bottom.len() as i32 } else { 0 };
+    let sides = [
+        (xs.clone(), top),
+        (xs, if h > 1 { bottom } else { 0..0 }),
+        (left, between.clone()),
+        (right, if w > 1 { between } else { 0..0 }),
+    ];
+    on_all_rows(memory, |band| sides.into_iter().for_each(|(xs, ys)| band.paint_block(paint, xs, ys)));
     Ok(())
 }
 
