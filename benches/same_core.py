@@ -7,8 +7,9 @@ In: programs, of which the first is the base. Out: a Markdown table, a row for e
 a round, and the speed over the base's, as the median of the rounds' own ratios with the least and the largest.
 
 The system gives programs on one core alternate slices of a few milliseconds, so what slows the machine down slows all of
-them alike; speed is the number of frames for each second of the program's own processor time. `fbptr bench` compares its
-picture with the truth before it times; a refused picture ends the script. The caches are shared: a build that needs more
+them alike; speed is the number of frames for each second of the program's own processor time, of which a run of one frame
+is taken off: before it times `fbptr bench` draws the truth and compares its picture with it, which takes a second or two. A
+refused picture ends the script. The caches are shared: a build that needs more
 of them slows the others down as well. A program compared with its own copy shows what the ratios are worth.
 """
 
@@ -24,15 +25,15 @@ import tempfile
 MOST_FRAMES = "65535"
 
 
-def start(program, workload, core, output):
-    command = ["taskset", "-c", core, program, "bench", workload, "--json", "--threads", "1", "--frames", MOST_FRAMES]
+def start(program, workload, core, frames, output):
+    command = ["taskset", "-c", core, program, "bench", workload, "--json", "--threads", "1", "--frames", frames]
     return subprocess.Popen(command, stdout=output)
 
 
-def one_round(programs, workload, core):
+def all_at_once(programs, workload, core, most_frames):
     """Runs all programs at the same time; returns frames and processor seconds of each."""
     outputs = [tempfile.TemporaryFile("w+") for _ in programs]
-    running = {start(p, workload, core, o).pid: k for k, (p, o) in enumerate(zip(programs, outputs))}
+    running = {start(p, workload, core, most_frames, o).pid: k for k, (p, o) in enumerate(zip(programs, outputs))}
     found = [None] * len(programs)
     while running:
         pid, status, usage = os.wait4(-1, 0)
@@ -45,6 +46,12 @@ def one_round(programs, workload, core):
             sys.exit(f"{programs[k]}: no single time for {workload}")
         found[k] = (json.loads(lines[0])["n"], usage.ru_utime + usage.ru_stime)
     return found
+
+
+def one_round(programs, workload, core):
+    """Returns the frames of each program after its first, and their processor seconds."""
+    first, all_frames = (all_at_once(programs, workload, core, n) for n in ("1", MOST_FRAMES))
+    return [(n - n1, seconds - seconds1) for (n, seconds), (n1, seconds1) in zip(all_frames, first)]
 
 
 def main():

@@ -62,7 +62,7 @@ impl Face {
 
     /// Stage 7: returns the weights at the centre of a pixel, with z and 1 - z in 0..=1; `None` if
     /// the face has no point there between near and far. `crossing` is [`Self::crossing`].
-    #[inline]
+    #[inline(always)]
     pub fn point_at(
         &self,
         [x, y]: [i32; 2],
