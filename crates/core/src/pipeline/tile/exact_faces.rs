@@ -95,6 +95,12 @@ pub fn weights<S: Simd>(s: S, exact_face: &ExactFace, at: [i32; 2], step: i32) -
     ]
 }
 
+/// Returns [`weights`] at one pixel.
+pub(super) fn weights_at(exact_face: &ExactFace, at: [i32; 2]) -> [f32; 3] {
+    let plane = &exact_face.plane;
+    plane.barycentrics.map(|function| linear_at(plane, function, exact_face.is_gentle, at))
+}
+
 /// Returns the lanes that lie well inside the unsnapped face, by their barycentrics.
 #[inline(always)]
 pub(super) fn inside<S: Simd>(s: S, exact_face: &ExactFace, [a, b, c]: [S::F; 3]) -> S::M {
@@ -122,14 +128,19 @@ fn linear<S: Simd>(
     }
     let mut lanes = [0f32; 16];
     for (i, lane) in lanes[..S::LANES].iter_mut().enumerate() {
-        let column = x + i as i32 * step;
-        let base = column & !(RUN - 1);
-        *lane = match has_runs {
-            true => plane.at(function, base, y) as f32 + slope * (column - base) as f32,
-            false => plane.at(function, column, y) as f32,
-        };
+        *lane = linear_at(plane, function, has_runs, [x + i as i32 * step, y]);
     }
     s.load(&lanes[..S::LANES])
+}
+
+/// Returns [`linear`] at one pixel.
+#[inline(always)]
+fn linear_at(plane: &PlaneEquation, function: [f64; 3], has_runs: bool, [x, y]: [i32; 2]) -> f32 {
+    let base = x & !(RUN - 1);
+    match has_runs {
+        true => plane.at(function, base, y) as f32 + function[1] as f32 * (x - base) as f32,
+        false => plane.at(function, x, y) as f32,
+    }
 }
 
 /// Share of a corner below which a pixel may lie beside the face.

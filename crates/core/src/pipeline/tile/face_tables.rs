@@ -4,12 +4,12 @@
 //! in f64 has its own. From there on both take one path ([`super::interpolate`]). The kernel that
 //! iterates over the pixels is [`super::resolve`].
 
-use super::attribute_fetch::{Corners, Few, MOST_FEW, gather3, most_few};
+use super::attribute_fetch::{Corners, Few, MOST_FEW, blend, gather3, most_few};
 use super::exact_faces::{self, ExactFace};
 use super::interpolate::{Barycentrics, FragmentInputs, add};
-use super::light_grid::{self, CELL, LightGrid};
+use super::light_grid::{self, BlockInputs, CELL, LightGrid, LightInputs};
 use super::lighting::{MaterialLighting, light, pack, splat3};
-use super::shading_state::{ColorSource, MaterialBinding, Shading};
+use super::shading_state::{ColorSource, Eye, MaterialBinding, Shading};
 use super::tile_buffers::{EXACT_FACE_BIT, NO_FACE};
 use super::vertex::ScreenVertex;
 use crate::math::coverage::PixelRect;
@@ -177,7 +177,7 @@ impl Faces<'_> {
     }
 
     /// Returns the packed colours of pixels of one face that was set up in f64, and the lanes where
-    /// f32 lacks the digits. With a grid its corners are lit, from the first given row and column on.
+    /// f32 lacks the digits.
     #[inline(always)]
     pub(super) fn exact_face<S: Simd>(
         &self,
@@ -185,13 +185,10 @@ impl Faces<'_> {
         mask: S::M,
         exact_face: &ExactFace,
         [x, y]: [i32; 2],
-        grid: Option<(&mut LightGrid, [usize; 2])>,
     ) -> (S::I, S::M) {
         let shading = self.shading;
-        let face = exact_face.face as usize;
-        let step = if grid.is_some() { CELL } else { 1 };
-        let [b0, b1, b2] = exact_faces::weights(s, exact_face, [x, y], step);
-        let p = match exact_face.is_cut || grid.is_some() {
+        let [b0, b1, b2] = exact_faces::weights(s, exact_face, [x, y], 1);
+        let p = match exact_face.is_cut {
             true => [b0, b1, b2],
             false => exact_faces::clamped(s, exact_face, [b0, b1, b2]),
         };
@@ -204,32 +201,71 @@ impl Faces<'_> {
             barycentrics.below =
                 [b0 + s.splat(g0[2] as f32), b1 + s.splat(g1[2] as f32), b2 + s.splat(g2[2] as f32)];
         }
-        let [c0, c1, c2, _] = self.corners[face];
-        let corners =
-            Corners::<'_, S>::One([c0.to_bits() as usize, c1.to_bits() as usize, c2.to_bits() as usize]);
-        let turn = s.mask(if exact_face.is_normal_flipped { u32::MAX } else { 0 });
         // Where the face's plane reaches the horizon, or is seen edge-on, f32 does not decide.
         let off = mask & !s.splat(1e-30).lt(sum);
         if shading.is_affine {
             barycentrics.w = s.splat(1.0);
         }
-        let faces = s.splat_i(exact_face.face as i32);
-        let at = (s.iota() * s.splat_i(step) + s.splat_i(x), s.splat_i(y));
-        let inputs = FragmentInputs { faces, corners, barycentrics, turn, at };
-        let binding = self.binding_of(exact_face);
-        let shader = &shading.shader;
+        let inputs = self.inputs_of(s, exact_face, barycentrics, [x, y], 1);
+        let (binding, shader) = (self.binding_of(exact_face), &shading.shader);
         let (mut lit, mut needs_f64) = shader.lit(s, mask, &binding.lighting, &inputs);
-        if let Some((grid, at)) = grid {
-            let inside = exact_faces::inside(s, exact_face, p);
-            grid.keep(s, at, shader, &inputs, &lit, inside & !(needs_f64 | off));
-            return (s.splat_i(0), mask);
-        }
         if let Some(texture) = &binding.texture {
             needs_f64 = needs_f64 | shader.texture(s, mask, texture, &inputs, &mut lit);
         }
         let needs_w =
             shading.is_affine && (matches!(shader.source, ColorSource::Pixels(_)) || shader.fog.is_some());
         (shader.finish(s, &lit), if needs_w { mask } else { needs_f64 | off })
+    }
+
+    /// Lights LANES corners of a grid, from a row and a column of them on, the first of which is a pixel;
+    /// the grid keeps their light.
+    #[inline(always)]
+    pub(super) fn light_corners<S: Simd>(
+        &self,
+        s: S,
+        exact_face: &ExactFace,
+        pixel: [i32; 2],
+        grid: &mut LightGrid,
+        at: [usize; 2],
+    ) {
+        let ColorSource::Pixels(normals) = self.shading.shader.source else { return };
+        let p = exact_faces::weights(s, exact_face, pixel, CELL);
+        let sum = (p[0] + p[1]) + p[2];
+        let barycentrics = Barycentrics::new(p, s.splat(1.0) / sum);
+        let inputs = self.inputs_of(s, exact_face, barycentrics, pixel, CELL);
+        let all = s.mask(u32::MAX);
+        let normal = blend(s, all, normals, &inputs.corners, inputs.barycentrics.weights());
+        let lighting = &self.binding_of(exact_face).lighting;
+        let ([diffuse, specular], needs_f64) =
+            self.shading.shader.lit_along(s, all, lighting, &inputs, normal);
+        let is_known = exact_faces::inside(s, exact_face, p) & s.splat(1e-30).lt(sum);
+        grid.keep(s, at, add::<S>(diffuse, specular), is_known & !needs_f64);
+    }
+
+    /// Returns the inputs of fragments of one face, LANES pixels from (x, y) on, one in `step` columns.
+    #[inline(always)]
+    fn inputs_of<S: Simd>(
+        &self,
+        s: S,
+        exact_face: &ExactFace,
+        barycentrics: Barycentrics<S>,
+        [x, y]: [i32; 2],
+        step: i32,
+    ) -> FragmentInputs<'static, S> {
+        FragmentInputs {
+            faces: s.splat_i(exact_face.face as i32),
+            corners: Corners::One(self.vertices(exact_face.face as usize)),
+            barycentrics,
+            turn: s.mask(if exact_face.is_normal_flipped { u32::MAX } else { 0 }),
+            at: (s.iota() * s.splat_i(step) + s.splat_i(x), s.splat_i(y)),
+        }
+    }
+
+    /// Returns the vertices of a face.
+    #[inline(always)]
+    fn vertices(&self, face: usize) -> [usize; 3] {
+        let [c0, c1, c2, _] = self.corners[face];
+        [c0, c1, c2].map(|corner| corner.to_bits() as usize)
     }
 
     /// Returns the material of a face that was set up in f64.
@@ -244,8 +280,6 @@ impl Faces<'_> {
     /// makes their colour.
     pub(super) fn may_have_grids(&self) -> bool {
         let shader = &self.shading.shader;
-        let is_light_alone =
-            |binding: &MaterialBinding<'_>| binding.texture.is_none() && !binding.lighting.lights.is_empty();
         matches!(shader.source, ColorSource::Pixels(_))
             && shader.fog.is_none()
             && shader.colors.is_empty()
@@ -253,25 +287,35 @@ impl Faces<'_> {
             && self.shading.bindings.iter().any(is_light_alone)
     }
 
-    /// Returns whether a face may have a grid of light in a tile that pays.
+    /// Returns whether a face may have a grid of light in a tile that pays, where some face may.
     pub(super) fn may_have_grid(&self, exact_face: &ExactFace, tile: PixelRect) -> bool {
-        let binding = self.binding_of(exact_face);
-        self.may_have_grids()
-            && binding.texture.is_none()
-            && !binding.lighting.lights.is_empty()
-            && light_grid::may_pay(exact_face.bounds, tile)
+        is_light_alone(self.binding_of(exact_face)) && light_grid::may_pay(exact_face.bounds, tile)
     }
 
-    /// Decides which cells of a grid are interpolated, in the row of blocks that has a row of cells.
-    pub(super) fn decide_cells(
-        &self,
-        grid: &mut LightGrid,
-        exact_face: &ExactFace,
-        row: usize,
-        columns: i32,
-    ) {
-        let (shading, lighting) = (self.shading, &self.binding_of(exact_face).lighting);
-        grid.decide(row, columns, lighting, shading.shader.eye, shading.light_error);
+    /// Decides which cells of a face's grid in a tile are interpolated.
+    pub(super) fn decide_cells(&self, grid: &mut LightGrid, exact_face: &ExactFace, tile: PixelRect) {
+        let to_viewer = match self.shading.shader.eye {
+            Eye::Parallel { to_viewer } => Some(to_viewer),
+            _ => None,
+        };
+        let inputs = BlockInputs::new(tile, to_viewer, |at| self.light_inputs(exact_face, at));
+        grid.decide(&inputs, &self.binding_of(exact_face).lighting, self.shading.light_error);
+    }
+
+    /// Returns what the light of a pixel is computed from.
+    fn light_inputs(&self, exact_face: &ExactFace, [x, y]: [i32; 2]) -> LightInputs {
+        let (shader, corners) = (&self.shading.shader, self.vertices(exact_face.face as usize));
+        let b = exact_faces::weights_at(exact_face, [x, y]);
+        let normals = if let ColorSource::Pixels(normals) = shader.source { normals } else { &[] };
+        let turn = if exact_face.is_normal_flipped { -1.0 } else { 1.0 };
+        let point = match shader.eye {
+            Eye::Perspective { ray: [first, right, below] } => {
+                [0, 1, 2].map(|axis| first[axis] + (right[axis] * x as f32 + below[axis] * y as f32))
+            }
+            _ => weighted(shader.positions, corners, b),
+        };
+        let normal = weighted(normals, corners, b).map(|v| v * turn);
+        LightInputs { q: (b[0] + b[1]) + b[2], point, normal }
     }
 
     /// Returns the packed colour of a face that was set up in f64, if a cheap test shows that it has
@@ -365,6 +409,20 @@ impl Faces<'_> {
             _ => None,
         }
     }
+}
+
+/// Returns whether a material has light, and no texture.
+fn is_light_alone(binding: &MaterialBinding<'_>) -> bool {
+    binding.texture.is_none() && !binding.lighting.lights.is_empty()
+}
+
+/// Returns the sum of the vectors of three vertices, weighted by `b`; 0 if there is no table.
+fn weighted(table: &[[f32; 4]], corners: [usize; 3], b: [f32; 3]) -> [f32; 3] {
+    if table.is_empty() {
+        return [0.0; 3];
+    }
+    let [v0, v1, v2] = corners.map(|corner| table[corner]);
+    [0, 1, 2].map(|axis| (v0[axis] * b[0] + v1[axis] * b[1]) + v2[axis] * b[2])
 }
 
 // Helpers are functions marked for inlining, not closures: a closure would be compiled without the

@@ -65,26 +65,6 @@ impl FragmentShader<'_> {
         texel_addresses.needs_f64()
     }
 
-    /// Returns the positions of pixels in shading space times q = 1/w, which are linear over the
-    /// screen; 0 where nothing depends on them.
-    #[inline(always)]
-    pub(super) fn place_times_q<S: Simd>(
-        &self,
-        s: S,
-        mask: S::M,
-        inputs: &FragmentInputs<'_, S>,
-        q: S::F,
-    ) -> V3<S> {
-        match self.eye {
-            Eye::Perspective { ray } => ray_at(s, ray, inputs.at.0, inputs.at.1),
-            _ if self.positions.is_empty() => [s.splat(0.0); 3],
-            _ => {
-                let position = blend(s, mask, self.positions, &inputs.corners, inputs.barycentrics.weights());
-                scale::<S>(position, q)
-            }
-        }
-    }
-
     /// Returns the light of pixels that show a material, and the lanes where f32 lacks the digits.
     #[inline(always)]
     pub(super) fn lit<S: Simd>(
@@ -130,20 +110,9 @@ impl FragmentShader<'_> {
                 (splat3(s, lighting.diffuse), splat3(s, lighting.specular))
             }
             ColorSource::Pixels(_) => {
-                let length2 = dot::<S>(blended, blended);
-                // Normals that cancel fall back to the face's, in f64.
-                needs_f64 = mask & !s.splat(1e-4).le(length2);
-                let n_inverse = s.splat(1.0) / length2.sqrt();
-                let n_inverse = s.select(inputs.turn, s.splat(0.0) - n_inverse, n_inverse);
-                let normal = scale::<S>(blended, n_inverse);
-                let nowhere = [s.splat(0.0); 3];
-                let (position, to_viewer) = match lighting.needs_place {
-                    true => self.position_and_viewer(s, mask, inputs, b),
-                    false => (nowhere, nowhere),
-                };
-                let lit = light(s, lighting, position, normal, to_viewer);
-                needs_f64 = needs_f64 | (lit.needs_f64 & mask);
-                (lit.diffuse, lit.specular)
+                let ([diffuse, specular], off) = self.lit_along(s, mask, lighting, inputs, blended);
+                needs_f64 = off;
+                (diffuse, specular)
             }
         };
         if !self.colors.is_empty() {
@@ -152,6 +121,32 @@ impl FragmentShader<'_> {
         }
         let position = self.fog_position(s, mask, inputs, b);
         (ReflectedLight { diffuse, specular, position }, needs_f64)
+    }
+
+    /// Returns the diffuse and the specular part of the light of pixels with these normals, of any
+    /// length, and the lanes where f32 lacks the digits.
+    #[inline(always)]
+    pub(super) fn lit_along<S: Simd>(
+        &self,
+        s: S,
+        mask: S::M,
+        lighting: &MaterialLighting,
+        inputs: &FragmentInputs<'_, S>,
+        normal: V3<S>,
+    ) -> ([V3<S>; 2], S::M) {
+        let length2 = dot::<S>(normal, normal);
+        // Normals that cancel fall back to the face's, in f64.
+        let needs_f64 = mask & !s.splat(1e-4).le(length2);
+        let n_inverse = s.splat(1.0) / length2.sqrt();
+        let n_inverse = s.select(inputs.turn, s.splat(0.0) - n_inverse, n_inverse);
+        let normal = scale::<S>(normal, n_inverse);
+        let nowhere = [s.splat(0.0); 3];
+        let (position, to_viewer) = match lighting.needs_place {
+            true => self.position_and_viewer(s, mask, inputs, inputs.barycentrics.weights()),
+            false => (nowhere, nowhere),
+        };
+        let lit = light(s, lighting, position, normal, to_viewer);
+        ([lit.diffuse, lit.specular], needs_f64 | (lit.needs_f64 & mask))
     }
 
     /// Returns the positions of pixels in shading space, and the unit vectors to the viewer; `b` are

@@ -5,20 +5,18 @@
 //! each cell whether its pixels are interpolated, and the light at its corners. A cell is interpolated
 //! if its corners lie inside the face and the bound of [`super::linear_light`] for its block of
 //! 32x8 pixels is within the error. Both depend on the face, the cell and the draw's clip rectangle
-//! alone: a pixel's colour depends neither on what hides its neighbours nor on the vector width. One knows by pictures that stay within
-//! 1/255 of the reference, and by the bound's own tests.
+//! alone: a pixel's colour depends neither on what hides its neighbours nor on the vector width. One
+//! knows by pictures that stay within 1/255 of the reference, and by the bound's own tests.
 //!
 //! Corners are the centres of the cells' first pixels, so a cell's last corners are those of the next
-//! cells. Rows of corners and of blocks are computed when the first of their pixels is shaded.
+//! cells. Blocks are looked at for the whole tile when the first pixel of the face is shaded, before
+//! any corner is lit; rows of corners are lit when the first of their cells is shaded.
 
-use super::attribute_fetch::blend;
 use super::grid::Grid;
-use super::interpolate::{FragmentInputs, ReflectedLight};
-use super::lighting::{MaterialLighting, pack, scale, splat3};
+use super::lighting::{MaterialLighting, V3, scale, splat3};
 use super::linear_light::{BlockCorners, CELL_PARTS, error_of_cells};
-use super::shading_state::{ColorSource, Eye, FragmentShader};
 use crate::math::coverage::PixelRect;
-use crate::simd::{F32, I32, Kernel, Level, Mask, Simd};
+use crate::simd::{F32, Kernel, Level, Mask, Simd};
 use std::cell::Cell;
 
 /// Columns and rows of a cell.
@@ -30,14 +28,16 @@ const BLOCK: [usize; 2] = [(1.0 / CELL_PARTS[0]) as usize, (1.0 / CELL_PARTS[1])
 /// Rows of cells in a tile.
 const CELL_ROWS: usize = (Grid::TILE_ROWS / CELL) as usize;
 
-/// Most blocks side by side in a tile.
+/// Most blocks side by side in a tile, in a column, and in all.
 const BLOCK_COLUMNS: usize = 2 * Grid::TILE_COLUMNS as usize / (CELL as usize * BLOCK[0]);
+const BLOCK_ROWS: usize = CELL_ROWS / BLOCK[1];
+const BLOCKS: usize = BLOCK_COLUMNS * BLOCK_ROWS;
 
 /// Room for the corners of a row: those of the widest tile, and the rest of a vector.
 const COLUMNS: usize = BLOCK_COLUMNS * BLOCK[0] + 16;
 
-/// Columns and rows of a face in a tile from which on a grid pays.
-const LEAST_EXTENT: [i32; 2] = [24, 12];
+/// Room for the pixels of a row.
+const PIXELS: usize = COLUMNS * CELL as usize;
 
 /// Limit of the numbers whose squares, and products of squares, the bound can represent.
 const LARGEST: f32 = 1e9;
@@ -45,11 +45,10 @@ const LARGEST: f32 = 1e9;
 /// Error of interpolated light that cannot be seen: a quarter of a step of a byte.
 pub const UNSEEN: f32 = 0.25 / 255.0;
 
-/// Returns whether a face of these bounds has so many pixels in a tile that a grid pays.
+/// Returns whether a grid pays for a face of these bounds in a tile: where the face fills a part of it,
+/// looking at the blocks takes more than it saves.
 pub(super) fn may_pay(bounds: PixelRect, tile: PixelRect) -> bool {
-    let columns = bounds.x1.min(tile.x1) - bounds.x0.max(tile.x0);
-    let rows = bounds.y1.min(tile.y1) - bounds.y0.max(tile.y0);
-    columns >= LEAST_EXTENT[0] && rows >= LEAST_EXTENT[1]
+    bounds.x0 <= tile.x0 && bounds.x1 >= tile.x1 && bounds.y0 <= tile.y0 && bounds.y1 >= tile.y1
 }
 
 /// Returns the pixels up to whose neighbours the light of a tile's grids reaches: the whole tile,
@@ -58,15 +57,10 @@ pub(super) fn reach(tile: PixelRect) -> PixelRect {
     PixelRect { y1: tile.y0 + (tile.y1 - tile.y0 + CELL - 1) / CELL * CELL, ..tile }
 }
 
-/// Light at a row of corners, and what it was computed from at those of blocks.
+/// Light at a row of corners.
 #[derive(Clone, Copy)]
 struct CornerRow {
-    color: [[f32; COLUMNS]; 3],
-    /// Positions in shading space times q.
-    point: [[f32; BLOCK_COLUMNS + 1]; 3],
-    normal: [[f32; BLOCK_COLUMNS + 1]; 3],
-    /// 1/w.
-    q: [f32; BLOCK_COLUMNS + 1],
+    light: [[f32; COLUMNS]; 3],
     /// Bits of the corners that lie inside the face and are lit in f32.
     is_known: u128,
 }
@@ -75,12 +69,20 @@ struct CornerRow {
 pub(super) struct LightGrid {
     /// The face; below 0 for none.
     face: i32,
-    /// Bits of the rows of corners, and of blocks, that are computed.
+    /// True if the bounds of the blocks were looked at.
+    is_decided: bool,
+    /// Bits of the rows of corners that are lit, and of cells whose corners are.
     has_corners: u32,
-    has_blocks: u32,
-    /// For each row of cells the bits of those that are interpolated.
+    has_cells: u32,
+    /// For each row of cells the bits of those that are interpolated; of a row whose corners are not
+    /// lit yet, if these allow it.
     linear: [u64; CELL_ROWS],
+    /// Whole cells side by side.
+    cell_columns: usize,
     rows: [CornerRow; CELL_ROWS + 1],
+    /// The row of cells of `pixels`, and the light of its rows of pixels.
+    pixels_of: usize,
+    pixels: [[[f32; PIXELS]; 3]; CELL as usize],
 }
 
 /// Grids of a tile: those of the faces that were shaded last. So many faces that cut each other in one
@@ -92,7 +94,7 @@ thread_local! {
     static RECYCLED: Cell<Option<Box<[LightGrid; GRIDS]>>> = const { Cell::new(None) };
 }
 
-/// Grids of faces of a tile: 90 KB for each thread that has shaded large faces.
+/// Grids of faces of a tile: 120 KB for each thread that has shaded large faces.
 pub(super) struct LightGrids {
     grids: Option<Box<[LightGrid; GRIDS]>>,
     /// Number of grids that were opened, and for each grid what it was when it was opened last.
@@ -150,162 +152,219 @@ impl Drop for LightGrids {
 impl LightGrid {
     /// Creates a grid of no face.
     const fn new() -> Self {
-        let (row, corners) = ([0.0; COLUMNS], [0.0; BLOCK_COLUMNS + 1]);
-        let row =
-            CornerRow { color: [row; 3], point: [corners; 3], normal: [corners; 3], q: corners, is_known: 0 };
+        let row = CornerRow { light: [[0.0; COLUMNS]; 3], is_known: 0 };
         LightGrid {
             face: -1,
+            is_decided: false,
             has_corners: 0,
-            has_blocks: 0,
+            has_cells: 0,
             linear: [0; CELL_ROWS],
+            cell_columns: 0,
             rows: [row; CELL_ROWS + 1],
+            pixels_of: usize::MAX,
+            pixels: [[[0.0; PIXELS]; 3]; CELL as usize],
         }
     }
 
     /// Makes it the grid of a face.
     fn set_face(&mut self, face: i32) {
-        (self.face, self.has_corners, self.has_blocks) = (face, 0, 0);
+        (self.face, self.is_decided, self.has_corners, self.has_cells) = (face, false, 0, 0);
+        self.pixels_of = usize::MAX;
     }
 
-    /// Returns whether it is known which cells of a row are interpolated.
+    /// Returns whether the bounds of the blocks were looked at.
     #[inline(always)]
+    pub fn is_decided(&self) -> bool {
+        self.is_decided
+    }
+
+    /// Returns whether some cell is interpolated.
+    #[inline(always)]
+    pub fn has_linear_cells(&self) -> bool {
+        self.linear.iter().any(|cells| *cells != 0)
+    }
+
+    /// Returns whether the light of the pixels of a row of cells is ready.
+    #[inline(always)]
+    pub fn has_pixels(&self, row: usize) -> bool {
+        self.pixels_of == row
+    }
+
+    /// Returns whether the corners of a row of cells were looked at, or a row of corners is lit.
     pub fn has_cells(&self, row: usize) -> bool {
-        self.has_blocks >> (row / BLOCK[1]) & 1 == 1
+        self.has_cells >> row & 1 == 1
     }
 
-    /// Returns the first row of corners that a row of cells, or its block, lacks.
-    pub fn missing_corners(&self, row: usize) -> Option<usize> {
-        let first = row / BLOCK[1] * BLOCK[1];
-        (first..=first + BLOCK[1]).find(|row| self.has_corners >> row & 1 == 0)
+    pub fn has_corners(&self, row: usize) -> bool {
+        self.has_corners >> row & 1 == 1
     }
 
-    /// Returns the number of corners of a row that `columns` pixels and their blocks need.
-    pub fn corner_count(columns: i32) -> usize {
-        (columns / CELL) as usize / BLOCK[0] * BLOCK[0]
-            + if columns % (CELL * BLOCK[0] as i32) == 0 { 1 } else { BLOCK[0] + 1 }
-    }
-
-    /// Returns whether a cell is interpolated.
+    /// Returns bits of those pixels from `column` on that lie in interpolated cells of a row.
     #[inline(always)]
-    pub fn is_linear(&self, [row, column]: [usize; 2]) -> bool {
-        self.linear[row] >> column & 1 == 1
-    }
-
-    /// Returns the packed colours of a block of four columns of a cell, from its row `y` on.
-    #[inline(always)]
-    pub fn colors<S: Simd>(&self, s: S, [row, column]: [usize; 2], y: i32) -> S::I {
-        let part = s.splat(1.0 / CELL as f32);
-        let lane = s.iota();
-        let across = (lane & s.splat_i(3)).to_f32() * part;
-        let down = (lane.shr::<2>() + s.splat_i(y)).to_f32() * part;
-        let (upper, lower) = (&self.rows[row].color, &self.rows[row + 1].color);
-        let mut color = [across; 3];
-        let mut channel = 0;
-        while channel < 3 {
-            let ([a, b], [c, d]) = (two(&upper[channel], column), two(&lower[channel], column));
-            let top = s.splat(a) + s.splat(b - a) * across;
-            let change = s.splat(c - a) + s.splat((d - c) - (b - a)) * across;
-            color[channel] = top + change * down;
-            channel += 1;
+    pub fn linear_pixels<S: Simd>(&self, row: usize, column: usize) -> u32 {
+        let cells = self.linear[row] >> (column / CELL as usize);
+        let (mut bits, mut cell) = (0, 0);
+        while cell <= S::LANES / CELL as usize {
+            bits |= ((cells >> cell & 1) as u32 * 15) << (cell * CELL as usize);
+            cell += 1;
         }
-        pack(s, color)
+        bits >> (column % CELL as usize)
+    }
+
+    /// Computes the light of the pixels of a row of cells from that of their corners.
+    #[inline(always)]
+    pub fn light_pixels<S: Simd>(&mut self, s: S, row: usize) {
+        let mut down = 0;
+        while down < CELL as usize {
+            let part = s.splat(down as f32 / CELL as f32);
+            let mut channel = 0;
+            while channel < 3 {
+                let (upper, lower) = (&self.rows[row].light[channel], &self.rows[row + 1].light[channel]);
+                let mut between = [0.0; COLUMNS];
+                let mut corner = 0;
+                while corner <= self.cell_columns {
+                    let from = s.load(&upper[corner..]);
+                    s.store(from + (s.load(&lower[corner..]) - from) * part, &mut between[corner..]);
+                    corner += S::LANES;
+                }
+                let to = &mut self.pixels[down][channel];
+                let cells = to.chunks_exact_mut(CELL as usize).zip(between.windows(2));
+                for (to, corners) in cells.take(self.cell_columns) {
+                    let (from, step) = (corners[0], (corners[1] - corners[0]) * (1.0 / CELL as f32));
+                    to.copy_from_slice(&[from, from + step, from + step * 2.0, from + step * 3.0]);
+                }
+                channel += 1;
+            }
+            down += 1;
+        }
+        self.pixels_of = row;
+    }
+
+    /// Returns the light of LANES pixels from a column on of a row of the tile whose light is ready.
+    #[inline(always)]
+    pub fn light<S: Simd>(&self, s: S, [column, row]: [usize; 2]) -> V3<S> {
+        let from = &self.pixels[row % CELL as usize];
+        [s.load(&from[0][column..]), s.load(&from[1][column..]), s.load(&from[2][column..])]
     }
 
     /// Keeps the light at LANES corners of a row from column `first` on. `known` are those that lie
     /// inside the face and are lit in f32.
     #[inline(always)]
-    pub fn keep<S: Simd>(
-        &mut self,
-        s: S,
-        [row, first]: [usize; 2],
-        shader: &FragmentShader<'_>,
-        inputs: &FragmentInputs<'_, S>,
-        lit: &ReflectedLight<S>,
-        known: S::M,
-    ) {
+    pub fn keep<S: Simd>(&mut self, s: S, [row, first]: [usize; 2], light: V3<S>, known: S::M) {
         let to = &mut self.rows[row];
-        let ColorSource::Pixels(normals) = shader.source else { return };
-        let (all, p) = (s.mask(u32::MAX), inputs.barycentrics.p);
-        let q = (p[0] + p[1]) + p[2];
-        let turn = s.select(inputs.turn, s.splat(-1.0), s.splat(1.0));
-        let normal = scale::<S>(blend(s, all, normals, &inputs.corners, p), turn);
-        let point = shader.place_times_q(s, all, inputs, q);
-        let color = lit.sum();
         let mut axis = 0;
         while axis < 3 {
-            store(s, color[axis], first, &mut to.color[axis]);
-            store_of_blocks(s, point[axis], first, &mut to.point[axis]);
-            store_of_blocks(s, normal[axis], first, &mut to.normal[axis]);
+            s.store(light[axis], &mut to.light[axis][first..first + S::LANES]);
             axis += 1;
         }
-        store_of_blocks(s, q, first, &mut to.q);
         let lanes = (1u128 << S::LANES) - 1;
         to.is_known = (to.is_known & !(lanes << first)) | ((u128::from(known.bits()) & lanes) << first);
     }
 
-    /// Notes that a row of corners is computed.
+    /// Notes that a row of corners is lit.
     pub fn finish_corners(&mut self, row: usize) {
         self.has_corners |= 1 << row;
     }
 
-    /// Decides which cells of a row of blocks, of `columns` pixels, are interpolated with at most this
-    /// error, in units of colour. `row` is that of any of the cells.
-    pub fn decide(&mut self, row: usize, columns: i32, lighting: &MaterialLighting, eye: Eye, most: f32) {
-        let first = row / BLOCK[1] * BLOCK[1];
-        let to_viewer = match eye {
-            Eye::Parallel { to_viewer } => Some(to_viewer),
-            _ => None,
-        };
-        let corners = BlockRow::new(&self.rows[first], &self.rows[first + BLOCK[1]]);
-        let count = (columns as usize).div_ceil(CELL as usize * BLOCK[0]);
-        let within =
-            Level::in_four_lanes(ErrorKernel { corners: &corners, count, lighting, to_viewer, most });
-        let mut cells = 0u64;
-        for block in (0..count).filter(|block| within >> block & 1 == 1) {
-            cells |= ((1 << BLOCK[0]) - 1) << (block * BLOCK[0]);
-        }
+    /// Leaves those cells of a row to be interpolated whose corners, all lit now, allow it.
+    pub fn finish_cells(&mut self, row: usize) {
+        let known = self.rows[row].is_known & self.rows[row + 1].is_known;
+        self.linear[row] &= (known & (known >> 1)) as u64;
+        self.has_cells |= 1 << row;
+    }
+
+    /// Decides which cells of a tile are interpolated with at most this error, in units of colour, if
+    /// their corners allow it.
+    pub fn decide(&mut self, inputs: &BlockInputs, lighting: &MaterialLighting, most: f32) {
+        self.cell_columns = inputs.cell_columns as usize;
+        let within = Level::in_four_lanes(ErrorKernel { inputs, lighting, most });
+        self.linear = [0; CELL_ROWS];
         // The frame's last columns may be less than a cell.
-        let whole = u64::MAX.checked_shr(64 - (columns / CELL) as u32).unwrap_or(0);
-        for row in first..first + BLOCK[1] {
-            let known = self.rows[row].is_known & self.rows[row + 1].is_known;
-            self.linear[row] = cells & whole & (known & (known >> 1)) as u64;
+        let whole = u64::MAX.checked_shr(64 - inputs.cell_columns).unwrap_or(0);
+        for block in (0..inputs.count()).filter(|block| within >> block & 1 == 1) {
+            let (row, column) = (block / inputs.columns, block % inputs.columns);
+            let cells = (((1 << BLOCK[0]) - 1) << (column * BLOCK[0])) & whole;
+            self.linear[row * BLOCK[1]..][..BLOCK[1]].iter_mut().for_each(|linear| *linear |= cells);
         }
-        self.has_blocks |= 1 << (row / BLOCK[1]);
+        self.is_decided = true;
     }
 }
 
-/// Corners of a row of blocks: upper left, upper right, lower left, lower right.
-struct BlockRow {
-    q: [[f32; BLOCK_COLUMNS]; 4],
-    points: [[[f32; BLOCK_COLUMNS]; 3]; 4],
-    normals: [[[f32; BLOCK_COLUMNS]; 3]; 4],
+/// What the light of a pixel is computed from, as far as it is linear over the screen.
+pub(super) struct LightInputs {
+    /// 1/w.
+    pub q: f32,
+    /// Position in shading space, times q.
+    pub point: [f32; 3],
+    /// Normal towards the light, times q.
+    pub normal: [f32; 3],
 }
 
-impl BlockRow {
-    fn new(upper: &CornerRow, lower: &CornerRow) -> Self {
-        let none = [0.0; BLOCK_COLUMNS];
-        let mut corners = BlockRow { q: [none; 4], points: [[none; 3]; 4], normals: [[none; 3]; 4] };
-        for (corner, (row, right)) in [(upper, 0), (upper, 1), (lower, 0), (lower, 1)].into_iter().enumerate()
-        {
-            for block in 0..BLOCK_COLUMNS {
-                let at = block + right;
-                corners.q[corner][block] = row.q[at];
-                for axis in 0..3 {
-                    corners.points[corner][axis][block] = row.point[axis][at];
-                    corners.normals[corner][axis][block] = row.normal[axis][at];
-                }
+/// Inputs of the light at the corners of a tile's blocks, row by row: of each block at its upper left,
+/// upper right, lower left and lower right corner.
+pub(super) struct BlockInputs {
+    /// Whole cells side by side, and blocks side by side and below each other.
+    cell_columns: u32,
+    columns: usize,
+    rows: usize,
+    /// Unit vector towards a viewer at infinity; `None` if the viewer is at the origin.
+    to_viewer: Option<[f32; 3]>,
+    q: [[f32; BLOCKS]; 4],
+    points: [[[f32; BLOCKS]; 3]; 4],
+    normals: [[[f32; BLOCKS]; 3]; 4],
+}
+
+impl BlockInputs {
+    /// Creates the inputs of a tile, `at` being those of a pixel.
+    pub fn new(tile: PixelRect, to_viewer: Option<[f32; 3]>, at: impl Fn([i32; 2]) -> LightInputs) -> Self {
+        let [width, height] = BLOCK.map(|cells| cells as i32 * CELL);
+        let none = [0.0; BLOCKS];
+        let mut inputs = BlockInputs {
+            cell_columns: ((tile.x1 - tile.x0) / CELL) as u32,
+            columns: ((tile.x1 - tile.x0 + width - 1) / width) as usize,
+            rows: ((tile.y1 - tile.y0 + height - 1) / height) as usize,
+            to_viewer,
+            q: [none; 4],
+            points: [[none; 3]; 4],
+            normals: [[none; 3]; 4],
+        };
+        for row in 0..=inputs.rows {
+            for column in 0..=inputs.columns {
+                let of_corner = at([tile.x0 + column as i32 * width, tile.y0 + row as i32 * height]);
+                inputs.set(row, column, &of_corner);
             }
         }
-        corners
+        inputs
+    }
+
+    /// Returns the number of blocks.
+    fn count(&self) -> usize {
+        self.columns * self.rows
+    }
+
+    /// Stores the inputs of a corner in the blocks around it.
+    fn set(&mut self, row: usize, column: usize, inputs: &LightInputs) {
+        for (corner, (down, right)) in [(0, 0), (0, 1), (1, 0), (1, 1)].into_iter().enumerate() {
+            let (Some(row), Some(column)) = (row.checked_sub(down), column.checked_sub(right)) else {
+                continue;
+            };
+            if row == self.rows || column == self.columns {
+                continue;
+            }
+            let block = row * self.columns + column;
+            self.q[corner][block] = inputs.q;
+            for axis in 0..3 {
+                self.points[corner][axis][block] = inputs.point[axis];
+                self.normals[corner][axis][block] = inputs.normal[axis];
+            }
+        }
     }
 }
 
-/// Finding the blocks of a row whose bound is within an error.
+/// Finding the blocks of a tile whose bound is within an error.
 struct ErrorKernel<'a> {
-    corners: &'a BlockRow,
-    count: usize,
+    inputs: &'a BlockInputs,
     lighting: &'a MaterialLighting,
-    to_viewer: Option<[f32; 3]>,
     most: f32,
 }
 
@@ -315,22 +374,22 @@ impl Kernel for ErrorKernel<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> u32 {
-        let most = s.splat(LARGEST);
+        let (inputs, most) = (self.inputs, s.splat(LARGEST));
         let (mut within, mut first) = (0, 0);
-        while first < self.count {
-            let q = [s.load(&self.corners.q[0][first..]); 4];
-            let to_viewer = self.to_viewer.map(|v| splat3(s, v));
+        while first < inputs.count() {
+            let q = [s.load(&inputs.q[0][first..]); 4];
+            let to_viewer = inputs.to_viewer.map(|v| splat3(s, v));
             let mut block = BlockCorners { q, points: [[q[0]; 3]; 4], normals: [[q[0]; 3]; 4], to_viewer };
             let mut is_known = s.mask(u32::MAX);
             let mut corner = 0;
             while corner < 4 {
-                let q = s.load(&self.corners.q[corner][first..]);
+                let q = s.load(&inputs.q[corner][first..]);
                 is_known = is_known & s.splat(1e-30).lt(q) & q.lt(most);
                 block.q[corner] = q;
                 let mut axis = 0;
                 while axis < 3 {
-                    let point = s.load(&self.corners.points[corner][axis][first..]);
-                    let normal = s.load(&self.corners.normals[corner][axis][first..]);
+                    let point = s.load(&inputs.points[corner][axis][first..]);
+                    let normal = s.load(&inputs.normals[corner][axis][first..]);
                     is_known = is_known & point.abs().lt(most) & normal.abs().lt(most);
                     block.points[corner][axis] = point;
                     block.normals[corner][axis] = normal;
@@ -351,28 +410,4 @@ impl Kernel for ErrorKernel<'_> {
         }
         within
     }
-}
-
-/// Returns the numbers at a column and the next.
-#[inline(always)]
-fn two(row: &[f32; COLUMNS], column: usize) -> [f32; 2] {
-    [row[column], row[column + 1]]
-}
-
-/// Stores those numbers of a vector, from a column of corners on, that are at blocks' corners.
-#[inline(always)]
-fn store_of_blocks<S: Simd>(s: S, v: S::F, first: usize, to: &mut [f32; BLOCK_COLUMNS + 1]) {
-    let mut lanes = [0.0; 16];
-    s.store(v, &mut lanes[..S::LANES]);
-    let mut column = first.next_multiple_of(BLOCK[0]);
-    while column < first + S::LANES && column / BLOCK[0] <= BLOCK_COLUMNS {
-        to[column / BLOCK[0]] = lanes[column - first];
-        column += BLOCK[0];
-    }
-}
-
-/// Stores a vector from a column on.
-#[inline(always)]
-fn store<S: Simd>(s: S, v: S::F, first: usize, to: &mut [f32; COLUMNS]) {
-    s.store(v, &mut to[first..first + S::LANES]);
 }

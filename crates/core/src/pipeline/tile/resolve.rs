@@ -13,6 +13,7 @@ use super::exact_faces::ExactFace;
 use super::face_tables::Faces;
 use super::interpolate::FragmentInputs;
 use super::light_grid::{CELL, LightGrid, LightGrids};
+use super::lighting::pack;
 use super::texture_queue::{QUEUE_CAPACITY, TextureQueue};
 use super::tile_buffers::{EXACT_FACE_BIT, ID_STRIDE, NO_FACE, Tile};
 use crate::math::coverage::PixelRect;
@@ -41,7 +42,8 @@ struct CachedFace<'a, S: Simd> {
     exact_face: Option<&'a ExactFace>,
     /// Packed colour; `None` if the face has more than one.
     color: Option<S::I>,
-    /// True if it may have a grid of light.
+    /// True if faces of the draw may have grids of light, and if this one may.
+    may_have_grids: bool,
     has_grid: bool,
     /// Index of its grid in `grids`, once it is open.
     grid: Option<usize>,
@@ -57,7 +59,8 @@ impl<'a, S: Simd> CachedFace<'a, S> {
             self.face = face;
             self.exact_face = (faces.exact_face)(face as u32);
             self.color = faces.only_color(s, face as usize, self.exact_face);
-            self.has_grid = self.color.is_none()
+            self.has_grid = self.may_have_grids
+                && self.color.is_none()
                 && self.exact_face.is_some_and(|face| faces.may_have_grid(face, tile.rect()));
             self.grid = None;
         }
@@ -79,6 +82,7 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
             face: NO_FACE,
             exact_face: None,
             color: None,
+            may_have_grids: self.faces.may_have_grids(),
             has_grid: false,
             grid: None,
             grids: LightGrids::none(),
@@ -87,7 +91,6 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
         let is_textured = self.faces.shading.bindings.iter().any(|binding| binding.texture.is_some());
         let mut queue = if is_textured { Some(TextureQueue::new(s)) } else { None };
         let mut few = Few::new(s);
-        let has_grids = self.faces.may_have_grids();
         let (x0, y0) = (self.tile.x0, self.tile.y0);
         let left = x0 + ((self.reach.x0 - x0) & !(STRIP[0] - 1));
         let mut y = y0 + ((self.reach.y0 - y0) & !(STRIP[1] - 1));
@@ -106,9 +109,6 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
                     self.blocks(s, x, y, &mut few, &mut queue);
                 }
                 if has_exact {
-                    if has_grids {
-                        self.interpolated_cells(s, x, y, &mut cached);
-                    }
                     self.exact_rows(s, x, y, &mut cached);
                 }
                 x += STRIP[0];
@@ -378,13 +378,18 @@ impl<'a> ResolveKernel<'a, '_, '_> {
                 s.store_masked_bytes(same, color, &mut self.bytes[at..at + S::LANES * 4]);
                 continue;
             }
-            let mut plain = same;
-            if let Some(exact_face) = cached.exact_face {
-                let part =
-                    ShadeExactFace { faces: &self.faces, mask: same, exact_face, at: [x, y], grid: None };
+            let mut left = same;
+            if let (true, Some(exact_face)) = (cached.has_grid, cached.exact_face) {
+                let (linear, color) = self.interpolated(s, exact_face, cached, (x, y));
+                s.store_masked_bytes(same & linear, color, &mut self.bytes[at..at + S::LANES * 4]);
+                left = same & !linear;
+            }
+            let mut plain = left;
+            if let (true, Some(exact_face)) = (left.any(), cached.exact_face) {
+                let part = ShadeExactFace { faces: &self.faces, mask: left, exact_face, at: [x, y] };
                 let (color, needs_f64) = s.call(s, part);
-                s.store_masked_bytes(same & !needs_f64, color, &mut self.bytes[at..at + S::LANES * 4]);
-                plain = same & needs_f64;
+                s.store_masked_bytes(left & !needs_f64, color, &mut self.bytes[at..at + S::LANES * 4]);
+                plain = left & needs_f64;
             }
             let mut plain = plain.bits();
             while plain != 0 {
@@ -397,82 +402,40 @@ impl<'a> ResolveKernel<'a, '_, '_> {
 }
 
 impl<'a> ResolveKernel<'a, '_, '_> {
-    /// Shades the pixels of a strip whose light is interpolated, cell by cell, and takes their faces'
-    /// ids away.
-    #[inline(always)]
-    fn interpolated_cells<S: Simd>(&mut self, s: S, x: i32, y: i32, cached: &mut CachedFace<'a, S>) {
-        let height = S::LANES as i32 / CELL;
-        let mut column = x;
-        // The frame's last columns may be less than a cell.
-        while column + CELL <= (x + STRIP[0]).min(self.tile.x1) {
-            let mut row = y;
-            while row < y + STRIP[1] {
-                let at = self.tile.id_at(column, row);
-                let ids = s.load_block(&self.tile.ids[at..], ID_STRIDE);
-                let mut left = ids.gt(s.splat_i(EXACT_FACE_BIT - 1));
-                while left.any() {
-                    let lane = left.bits().trailing_zeros() as usize;
-                    let id = self.tile.ids[at + lane / 4 * ID_STRIDE + lane % 4];
-                    let same = left & ids.eq(s.splat_i(id));
-                    left = left & !same;
-                    cached.look_up(s, &self.faces, self.tile, id);
-                    if let Some(color) = self.interpolated(s, cached, (column, row)) {
-                        let first = self.tile.pixel_at(column, row);
-                        s.store_block_bytes(same, color, &mut self.bytes[first * 4..], self.tile.width);
-                        take_away(&mut self.tile.ids[at..], same.bits());
-                    }
-                }
-                row += height;
-            }
-            column += CELL;
-        }
-    }
-
-    /// Returns the packed colours of a block of pixels of the cached face in one cell, if their light
-    /// is interpolated.
+    /// Returns the lanes of a row of pixels of the cached face whose light is interpolated, and their
+    /// packed colours.
     #[inline(always)]
     fn interpolated<S: Simd>(
         &mut self,
         s: S,
+        exact_face: &'a ExactFace,
         cached: &mut CachedFace<'a, S>,
         (x, y): (i32, i32),
-    ) -> Option<S::I> {
-        let exact_face = cached.exact_face.filter(|_| cached.has_grid)?;
+    ) -> (S::M, S::I) {
         let slot = match cached.grid {
             Some(slot) => slot,
             None => cached.grids.open(cached.face),
         };
         cached.grid = Some(slot);
-        let grid = cached.grids.get(slot)?;
-        let (row, column) = ((y - self.tile.y0) / CELL, (x - self.tile.x0) / CELL);
-        let cell = [row as usize, column as usize];
-        if !grid.has_cells(cell[0]) {
-            s.call(
-                s,
-                LightCorners { faces: &self.faces, exact_face, tile: self.tile.rect(), grid, row: cell[0] },
-            );
+        let Some(grid) = cached.grids.get(slot) else { return (s.mask(0), s.splat_i(0)) };
+        if !grid.is_decided() {
+            self.faces.decide_cells(grid, exact_face, self.tile.rect());
+            cached.has_grid = grid.has_linear_cells();
         }
-        grid.is_linear(cell).then(|| grid.colors(s, cell, (y - self.tile.y0) % CELL))
+        let [column, line] = [(x - self.tile.x0) as usize, (y - self.tile.y0) as usize];
+        let row = line / CELL as usize;
+        if grid.linear_pixels::<S>(row, column) == 0 {
+            return (s.mask(0), s.splat_i(0));
+        }
+        if !grid.has_pixels(row) {
+            s.call(s, LightCells { faces: &self.faces, exact_face, tile: self.tile.rect(), grid, row });
+        }
+        (s.mask(grid.linear_pixels::<S>(row, column)), pack(s, grid.light(s, [column, line])))
     }
 }
 
-/// Takes the ids of the pixels of a block away that are given by bits.
-#[inline(always)]
-fn take_away(ids: &mut [i32], mut bits: u32) {
-    while bits != 0 {
-        let lane = bits.trailing_zeros() as usize;
-        let (row, four) = (lane / 4 * ID_STRIDE, bits >> (lane & !3) & 15);
-        if four == 15 {
-            ids[row..row + 4].fill(NO_FACE);
-        } else {
-            (0..4).filter(|column| four >> column & 1 == 1).for_each(|column| ids[row + column] = NO_FACE);
-        }
-        bits &= !(15 << (lane & !3));
-    }
-}
-
-/// Lighting the corners that a row of cells lacks, and deciding which cells are interpolated.
-struct LightCorners<'k, 'a> {
+/// Making the light of a row of cells ready, and lighting the corners that it lacks.
+struct LightCells<'k, 'a> {
     faces: &'k Faces<'a>,
     exact_face: &'k ExactFace,
     tile: PixelRect,
@@ -480,27 +443,27 @@ struct LightCorners<'k, 'a> {
     row: usize,
 }
 
-impl<S: Simd> Part<S> for LightCorners<'_, '_> {
+impl<S: Simd> Part<S> for LightCells<'_, '_> {
     type Output = ();
 
     #[inline(always)]
     fn run(self, s: S) {
-        let LightCorners { faces, exact_face, tile, grid, row } = self;
-        let columns = tile.x1 - tile.x0;
-        let count = LightGrid::corner_count(columns);
-        while let Some(missing) = grid.missing_corners(row) {
-            let y = tile.y0 + missing as i32 * CELL;
-            let mut corner = 0;
-            while corner < count {
-                let at = [tile.x0 + corner as i32 * CELL, y];
-                let of_grid = Some((&mut *grid, [missing, corner]));
-                let mask = s.mask(u32::MAX);
-                s.call(s, ShadeExactFace { faces, mask, exact_face, at, grid: of_grid });
-                corner += S::LANES;
+        let LightCells { faces, exact_face, tile, grid, row } = self;
+        let mut corners = row;
+        while corners <= row + 1 && !grid.has_cells(row) {
+            let mut x = tile.x0;
+            while x < tile.x1 + CELL && !grid.has_corners(corners) {
+                let at = [corners, ((x - tile.x0) / CELL) as usize];
+                faces.light_corners(s, exact_face, [x, tile.y0 + corners as i32 * CELL], grid, at);
+                x += CELL * S::LANES as i32;
             }
-            grid.finish_corners(missing);
+            grid.finish_corners(corners);
+            corners += 1;
         }
-        faces.decide_cells(grid, exact_face, row, columns);
+        if !grid.has_cells(row) {
+            grid.finish_cells(row);
+        }
+        grid.light_pixels(s, row);
     }
 }
 
@@ -525,8 +488,6 @@ struct ShadeExactFace<'k, 'a, S: Simd> {
     mask: S::M,
     exact_face: &'k ExactFace,
     at: [i32; 2],
-    /// A grid whose corners are lit in place of neighbouring pixels: their row and first column.
-    grid: Option<(&'k mut LightGrid, [usize; 2])>,
 }
 
 impl<S: Simd> Part<S> for ShadeExactFace<'_, '_, S> {
@@ -534,7 +495,7 @@ impl<S: Simd> Part<S> for ShadeExactFace<'_, '_, S> {
 
     #[inline(always)]
     fn run(self, s: S) -> (S::I, S::M) {
-        self.faces.exact_face(s, self.mask, self.exact_face, self.at, self.grid)
+        self.faces.exact_face(s, self.mask, self.exact_face, self.at)
     }
 }
 
