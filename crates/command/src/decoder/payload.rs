@@ -110,19 +110,19 @@ impl Decoder {
     /// buffer the system maps the pages that are written, the last of them a huge page perhaps, so
     /// that is reserved in steps; a used buffer is reserved in full.
     pub(super) fn reserve_payload(&mut self, filled: usize, length: usize) -> Result<(), OverBudget> {
+        let capacity = self.payload.capacity();
+        let mapped = (filled + allocator::mapped_ahead(capacity)).min(length).max(self.warm_bytes);
         let held = match &mut self.payload_held {
-            Some(held) if held.bytes() >= filled.max(self.warm_bytes) as u64 => return Ok(()),
+            Some(held) if held.bytes() >= mapped as u64 => return Ok(()),
             Some(held) => held,
             none => {
                 let Some(pool) = &self.pool else { return Ok(()) };
                 none.insert(pool.budget().empty(MemoryUse::Payloads))
             }
         };
-        let room = match self.payload.capacity() {
-            small @ 0..=KEPT_BYTES => small,
-            large => (filled.next_multiple_of(RESERVED_BYTES) + allocator::mapped_ahead(large))
-                .min(length)
-                .max(self.warm_bytes),
+        let room = match capacity {
+            0..=KEPT_BYTES => capacity,
+            _ => mapped.next_multiple_of(RESERVED_BYTES).min(length).max(self.warm_bytes),
         };
         held.try_cover(room as u64)
     }
