@@ -109,7 +109,7 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
                     self.blocks(s, x, y, &mut few, &mut queue);
                 }
                 if has_exact {
-                    self.exact_rows(s, x, y, &mut cached);
+                    s.call(s, ExactRows { kernel: &mut self, at: (x, y), cached: &mut cached });
                 }
                 x += STRIP[0];
             }
@@ -386,8 +386,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             }
             let mut plain = left;
             if let (true, Some(exact_face)) = (left.any(), cached.exact_face) {
-                let part = ShadeExactFace { faces: &self.faces, mask: left, exact_face, at: [x, y] };
-                let (color, needs_f64) = s.call(s, part);
+                let (color, needs_f64) = self.faces.exact_face(s, left, exact_face, [x, y]);
                 s.store_masked_bytes(left & !needs_f64, color, &mut self.bytes[at..at + S::LANES * 4]);
                 plain = left & needs_f64;
             }
@@ -482,20 +481,21 @@ impl<S: Simd> Part<S> for DrainQueue<'_, '_, '_, '_, S> {
     }
 }
 
-/// Shading a vector of pixels of one face that was set up in f64: seldom, and all that shades once more.
-struct ShadeExactFace<'k, 'a, S: Simd> {
-    faces: &'k Faces<'a>,
-    mask: S::M,
-    exact_face: &'k ExactFace,
-    at: [i32; 2],
+/// Shading those pixels of a strip whose faces were set up in f64: all that shades once more. Called for
+/// a strip and not for a vector of it, which is 16 pixels and would pay for the call.
+struct ExactRows<'k, 'a, 'b, 'c, S: Simd> {
+    kernel: &'k mut ResolveKernel<'a, 'b, 'c>,
+    at: (i32, i32),
+    cached: &'k mut CachedFace<'a, S>,
 }
 
-impl<S: Simd> Part<S> for ShadeExactFace<'_, '_, S> {
-    type Output = (S::I, S::M);
+impl<S: Simd> Part<S> for ExactRows<'_, '_, '_, '_, S> {
+    type Output = ();
 
     #[inline(always)]
-    fn run(self, s: S) -> (S::I, S::M) {
-        self.faces.exact_face(s, self.mask, self.exact_face, self.at)
+    fn run(self, s: S) {
+        let (x, y) = self.at;
+        self.kernel.exact_rows(s, x, y, self.cached);
     }
 }
 
