@@ -198,7 +198,46 @@ fn close_sheets() -> Vec<Subject> {
         sheets("far away", [60, 50], 300.0, 1e-3, [0.01, 1000.0]),
         sheets("far away, faces set up in f64", [3, 2], 300.0, 1e-3, [0.01, 1000.0]),
         filled(),
+        repeated("small faces, each four times", [23, 21]),
+        repeated("faces set up in f64, each four times", [2, 3]),
+        level(),
     ]
+}
+
+/// Returns sheets through each other of which each face is there several times: with the same corners
+/// in another order, and with corners of its own at the same places.
+fn repeated(name: &'static str, sides: [u32; 2]) -> Subject {
+    let mut subject = sheets(name, sides, 5.0, 1e-7, [1.0, 10.0]);
+    let once = std::mem::take(&mut subject.geometry.mesh);
+    let mut mesh = Mesh { positions: once.positions.clone(), ..Mesh::default() };
+    let corner = |position: u32| Corner { position, normal: NONE, texcoord: NONE, color: NONE };
+    for (i, triangle) in once.triangles.iter().enumerate() {
+        let [a, b, c] = triangle.map(|c| once.corners[c as usize].position);
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend([b, c, a].map(|p| once.positions[p as usize]));
+        let own = [first, first + 1, first + 2];
+        for order in [[a, b, c], [c, a, b], own, [b, a, c]].into_iter().cycle().skip(i % 4).take(4) {
+            mesh.push_polygon(&order.map(corner), NONE);
+        }
+    }
+    Subject { geometry: of(mesh), ..subject }
+}
+
+/// Returns level triangles, many of the same or nearly the same depth.
+fn level() -> Subject {
+    let mut mesh = Mesh::default();
+    for k in 0..200u32 {
+        let z = f64::from(k * 7 % 11) * 1e-8;
+        let (sin, cos) = (f64::from(k) * 0.7).sin_cos();
+        let corner = |x: f64, y: f64| DVec3::new(x * cos - y * sin, x * sin + y * cos, z);
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend([corner(-4.0, -2.0), corner(4.0, -2.0), corner(0.3, 2.5)]);
+        let corner = |k: u32| Corner { position: first + k, normal: NONE, texcoord: NONE, color: NONE };
+        mesh.push_polygon(&[corner(0), corner(1), corner(2)], NONE);
+    }
+    let (name, model) = ("level faces", DMat4::IDENTITY);
+    let camera = look(DVec3::Z * 3.0, 1.0, 10.0);
+    Subject { name, geometry: of(mesh), model, camera, cull: Cull::None, size: [320, 240] }
 }
 
 /// Returns planes through each other that fill the frame.

@@ -252,6 +252,23 @@ impl FacePlane {
         (self.z + (b1 * o1.z + b2 * o2.z), self.complement + (b1 * o1.complement + b2 * o2.complement))
     }
 
+    /// Returns z and 1 - z, if they are the same everywhere.
+    pub fn only_depth(&self) -> Option<[f64; 2]> {
+        let is_level = self.others.iter().all(|o| o.z == 0.0 && o.complement == 0.0);
+        is_level.then_some([self.z, self.complement])
+    }
+
+    /// Returns whether it has the depths of another plane, bit by bit: where both were made of the same
+    /// corners, in any order.
+    pub fn has_depths_of(&self, other: &FacePlane) -> bool {
+        let numbers = |plane: &FacePlane| {
+            let of_corner = |o: &Corner| [o.gradient[0], o.gradient[1], o.base, o.w, o.z, o.complement];
+            let [a, b] = [0, 1].map(|i| of_corner(&plane.others[i]));
+            ([plane.origin[0], plane.origin[1], plane.inv_w, plane.z, plane.complement, plane.w], a, b)
+        };
+        self.in_front == other.in_front && numbers(self) == numbers(other)
+    }
+
     /// Returns z and 1 - z at weights that may lie outside the face, clamped to the depths of its
     /// corners in front of the eye. The far limit applies only if all corners are in front.
     pub fn depth_within(&self, weights: &Weights) -> (f64, f64) {

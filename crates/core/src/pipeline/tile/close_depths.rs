@@ -108,6 +108,22 @@ impl ReferenceFace {
         ReferenceFace { crossing: face.crossing(&screen), face, screen }
     }
 
+    /// Returns whether it is nearer than another face, if that is the same at all pixels: both have the same
+    /// depths, or one each.
+    fn is_nearer(&self, other: &ReferenceFace) -> Option<bool> {
+        let (own, others) = (&self.face, &other.face);
+        if own.plane.has_depths_of(&others.plane) && own.z_range == others.z_range {
+            return Some(false);
+        }
+        let only_word = |face: &ReferenceFace| match face.crossing {
+            Some(_) => None,
+            None => face.face.plane.only_depth().map(|[z, complement]| {
+                DepthFormat::F32.encode(z.clamp(0.0, 1.0), complement.clamp(0.0, 1.0))
+            }),
+        };
+        Some(only_word(self)? < only_word(other)?)
+    }
+
     /// Returns the word of the face's depth at the centre of a pixel; `None` where the plain path
     /// does not draw it.
     fn word(&self, at: [i32; 2]) -> Option<u32> {
@@ -141,8 +157,15 @@ pub(super) struct CloseDepths<'a> {
     /// Vertex indices of each face, and the screen vertices.
     pub corners: &'a [[f32; 4]],
     pub screen_vertices: &'a [ScreenVertex],
-    /// The last face that was drawn, and the last one that it met.
-    last: RefCell<[CachedFace; 2]>,
+    last: RefCell<LastPair>,
+}
+
+/// The last face that was drawn, and the last one that it met.
+#[derive(Debug)]
+struct LastPair {
+    faces: [CachedFace; 2],
+    /// Whether the first is nearer, if that is the same at all pixels; `None` if it was not asked for.
+    is_nearer: Option<Option<bool>>,
 }
 
 /// A face with a bound on its error, and as the plain path has it, once that is asked for.
@@ -161,7 +184,8 @@ impl<'a> CloseDepths<'a> {
         screen_vertices: &'a [ScreenVertex],
     ) -> Self {
         let none = CachedFace { id: NO_FACE, error: 0.0, reference: None };
-        CloseDepths { faces, corners, screen_vertices, last: RefCell::new([none.clone(), none]) }
+        let last = LastPair { faces: [none.clone(), none], is_nearer: None };
+        CloseDepths { faces, corners, screen_vertices, last: RefCell::new(last) }
     }
 
     /// Returns the lanes that the face wins.
@@ -169,7 +193,12 @@ impl<'a> CloseDepths<'a> {
     #[inline(never)]
     pub fn decide(&self, contest: &Contest<'_>) -> u32 {
         let (mut passes, mut left) = (contest.passes, contest.close);
-        let mut last = self.last.borrow_mut();
+        let LastPair { faces: last, is_nearer: of_pair } = &mut *self.last.borrow_mut();
+        if let (true, Some(Some(is_nearer))) = (last[0].id == contest.id, *of_pair) {
+            let met = contest.ids.iter().rev().fold(0, |met, id| met << 1 | u32::from(*id == last[1].id));
+            passes = if is_nearer { passes | left & met } else { passes & !(left & met) };
+            left &= !met;
+        }
         while left != 0 {
             let lane = left.trailing_zeros() as usize;
             left &= left - 1;
@@ -181,6 +210,7 @@ impl<'a> CloseDepths<'a> {
             for (cached, id) in last.iter_mut().zip([contest.id, old]) {
                 if cached.id != id {
                     *cached = CachedFace { id, error: self.error(id), reference: None };
+                    *of_pair = None;
                 }
             }
             let real = |word: i32| f32::from_bits(word as u32);
@@ -189,10 +219,12 @@ impl<'a> CloseDepths<'a> {
                 continue;
             }
             let at = [contest.at[0] + lane as i32, contest.at[1]];
-            let [word, old] = last.each_mut().map(|face| face.word(self.faces, at));
-            let is_nearer = match (word, old) {
-                (Some(word), Some(old)) => word < old,
-                (word, _) => word.is_some(),
+            let is_nearer = match *of_pair.get_or_insert_with(|| self.is_nearer(last)) {
+                Some(is_nearer) => is_nearer,
+                None => match last.each_mut().map(|face| face.word(self.faces, at)) {
+                    [Some(word), Some(old)] => word < old,
+                    [word, _] => word.is_some(),
+                },
             };
             passes = (passes & !(1 << lane)) | u32::from(is_nearer) << lane;
         }
@@ -205,9 +237,10 @@ impl<'a> CloseDepths<'a> {
     #[inline(never)]
     pub fn words_beside(&self, id: i32, [x, y]: [i32; 2], lanes: u32, words: &mut [i32; 16]) -> u32 {
         let (mut drawn, mut left) = (lanes, lanes);
-        let cached = &mut self.last.borrow_mut()[0];
+        let LastPair { faces: [cached, _], is_nearer } = &mut *self.last.borrow_mut();
         if cached.id != id {
             *cached = CachedFace { id, error: self.error(id), reference: None };
+            *is_nearer = None;
         }
         while left != 0 {
             let lane = left.trailing_zeros();
@@ -218,6 +251,24 @@ impl<'a> CloseDepths<'a> {
             }
         }
         drawn
+    }
+
+    /// Returns whether the first of two faces is nearer, if that is the same at all pixels. Meshes have
+    /// faces twice, which would be compared at each pixel; and faces in one plane parallel to the screen.
+    fn is_nearer(&self, pair: &mut [CachedFace; 2]) -> Option<bool> {
+        let [corners, others] = pair.each_ref().map(|face| {
+            let corners = self.corners.get((face.id & !EXACT_FACE_BIT) as usize);
+            let mut corners = corners.map(|&[a, b, c, _]| [a, b, c].map(f32::to_bits));
+            corners.iter_mut().for_each(|corners| corners.sort_unstable());
+            corners
+        });
+        if corners.is_some() && corners == others {
+            return Some(false);
+        }
+        match pair.each_mut().map(|face| face.reference(self.faces)) {
+            [Some(face), Some(other)] => face.is_nearer(other),
+            _ => None,
+        }
     }
 
     /// Returns a bound on the error of a face's depths.
@@ -244,9 +295,14 @@ impl<'a> CloseDepths<'a> {
 }
 
 impl CachedFace {
+    /// Returns the face of the plain path.
+    fn reference(&mut self, faces: ReferenceFaces<'_>) -> Option<&ReferenceFace> {
+        let face = (self.id & !EXACT_FACE_BIT) as u32;
+        self.reference.get_or_insert_with(|| faces(face)).as_ref()
+    }
+
     /// Returns the word of the plain path at a pixel.
     fn word(&mut self, faces: ReferenceFaces<'_>, at: [i32; 2]) -> Option<u32> {
-        let face = (self.id & !EXACT_FACE_BIT) as u32;
-        self.reference.get_or_insert_with(|| faces(face)).as_ref()?.word(at)
+        self.reference(faces)?.word(at)
     }
 }
