@@ -3,14 +3,25 @@
 use crate::folder::Folder;
 use crate::screen::{Guard, Screen};
 use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
-/// Starts a program that draws, and ends with status 7 when it is asked to.
+/// Starts a program that draws, and ends with status 7 when it is asked to; waits until it has drawn.
 fn start(screen: &Screen, folder: &Folder, options: &[&str]) -> Guard {
-    let script = "printf '\\377\\200\\100' > /dev/fb0; trap 'exit 7' TERM; while :; do sleep 0.05; done";
+    let script =
+        "trap 'exit 7' TERM; printf '\\377\\200\\100' > /dev/fb0; : > drawn; while :; do sleep 0.05; done";
+    let drawn = folder.0.join("drawn");
+    let _ = std::fs::remove_file(&drawn);
     let mut command = Command::new(env!("CARGO_BIN_EXE_fbptr"));
     command.arg("run").args(options).args(["--", "sh", "-c", script]);
     command.current_dir(&folder.0).env("DISPLAY", &screen.display).env_remove("WAYLAND_DISPLAY");
-    Guard(command.stdin(Stdio::null()).spawn().expect("it starts"))
+    let program = Guard(command.stdin(Stdio::null()).spawn().expect("it starts"));
+    let until = Instant::now() + Duration::from_secs(60);
+    while !drawn.exists() {
+        assert!(Instant::now() < until, "it draws");
+        sleep(Duration::from_millis(10));
+    }
+    program
 }
 
 #[test]

@@ -190,11 +190,12 @@ impl LightGrid {
         self.pixels_of == row
     }
 
-    /// Returns whether the corners of a row of cells were looked at, or a row of corners is lit.
+    /// Returns whether the corners of a row of cells were looked at.
     pub fn has_cells(&self, row: usize) -> bool {
         self.has_cells >> row & 1 == 1
     }
 
+    /// Returns whether a row of corners is lit.
     pub fn has_corners(&self, row: usize) -> bool {
         self.has_corners >> row & 1 == 1
     }
