@@ -59,7 +59,7 @@ pub use level::{Kernel, Level};
 pub(crate) use level::{LongKernel, long_kernel};
 pub use pixels::{Pixels, unpack, widen};
 pub use portable::Portable;
-pub use scanout::{scan_out, word};
+pub use scanout::{add_weighted, mean_word, scan_out, word};
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 

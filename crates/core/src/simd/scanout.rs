@@ -14,6 +14,29 @@ pub fn scan_out(level: Level, rgba: &[u8], words: &mut [u32]) {
     level.dispatch(ScanOut { rgba: &rgba[..count * 4], words: &mut words[..count] });
 }
 
+/// Adds pixels of four bytes R, G, B, A, times a weight, to the sums of their columns; up to the shorter of
+/// both slices.
+pub fn add_weighted(sums: &mut [[u32; 3]], pixels: &[[u8; 4]], weight: u32) {
+    for (sum, pixel) in sums.iter_mut().zip(pixels) {
+        for c in 0..3 {
+            sum[c] += weight * u32::from(pixel[c]);
+        }
+    }
+}
+
+/// Returns the word of a mean of sums, up to the shorter of both slices; the weights of a whole column,
+/// and those of a whole row that the sums were made with, add up to `whole` each.
+pub fn mean_word(sums: &[[u32; 3]], weights: &[u32], whole: u32) -> u32 {
+    let mut mean = [whole * whole / 2; 3];
+    for (sum, weight) in sums.iter().zip(weights) {
+        for c in 0..3 {
+            mean[c] += weight * sum[c];
+        }
+    }
+    let [r, g, b] = mean.map(|sum| sum / (whole * whole));
+    r << 16 | g << 8 | b
+}
+
 struct ScanOut<'a> {
     rgba: &'a [u8],
     words: &'a mut [u32],

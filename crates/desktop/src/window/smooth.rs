@@ -7,6 +7,7 @@
 //! that sum to 256, so a frame of one colour keeps it to the bit.
 
 use super::layout::Layout;
+use fbptr_core::simd::{add_weighted, mean_word};
 use std::ops::Range;
 
 /// Sum of a window pixel's weights along one axis.
@@ -61,23 +62,12 @@ pub(super) fn convert(rgba: &[u8], layout: &Layout, rows: Range<usize>, words: &
         sums.fill([0; 3]);
         for (row, weight) in (part.first..).zip(&part.weights) {
             let pixels = rgba[row * frame[0] * 4..][..frame[0] * 4].as_chunks::<4>().0;
-            for (sum, pixel) in sums.iter_mut().zip(pixels) {
-                for c in 0..3 {
-                    sum[c] += weight * u32::from(pixel[c]);
-                }
-            }
+            add_weighted(&mut sums, pixels, *weight);
         }
         let start = (origin[1] + y) * window[0] + origin[0];
         let Some(target) = words.get_mut(start..start + shown[0]) else { return };
         for (word, part) in target.iter_mut().zip(&across) {
-            let mut sum = [WHOLE * WHOLE / 2; 3];
-            for (pixel, weight) in sums[part.first..].iter().zip(&part.weights) {
-                for c in 0..3 {
-                    sum[c] += weight * pixel[c];
-                }
-            }
-            let [r, g, b] = sum.map(|s| s / (WHOLE * WHOLE));
-            *word = r << 16 | g << 8 | b;
+            *word = mean_word(&sums[part.first..], &part.weights, WHOLE);
         }
     }
 }
