@@ -164,7 +164,7 @@ pub(super) struct CloseDepths<'a> {
 #[derive(Debug)]
 struct LastPair {
     faces: [CachedFace; 2],
-    /// Whether the first is nearer, if that is the same at all pixels; `None` if it was not asked for.
+    /// True if the first is nearer, if that is the same at all pixels; `None` if it was not asked for.
     is_nearer: Option<Option<bool>>,
 }
 

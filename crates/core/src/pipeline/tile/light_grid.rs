@@ -291,7 +291,7 @@ impl LightGrid {
     }
 }
 
-/// What the light of a pixel is computed from, as far as it is linear over the screen.
+/// Inputs of a pixel's light, linear over the screen.
 pub(super) struct LightInputs {
     /// 1/w.
     pub q: f32,
