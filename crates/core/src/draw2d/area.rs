@@ -42,7 +42,7 @@ pub enum Area<'a> {
 
 /// Nanoseconds that an area takes one thread, at least, from which several threads draw it: that it is
 /// handed to threads which sleep, and that the caller is woken again, takes some 50 microseconds.
-const LEAST_NS: f64 = 120_000.0;
+const LEAST_NS: f64 = 250_000.0;
 /// Nanoseconds of a band, at least.
 const BAND_NS: f64 = 10_000.0;
 /// Bands for each thread, so that a thread whose rows are short takes another one.
