@@ -57,10 +57,11 @@ pub(super) fn reach(tile: PixelRect) -> PixelRect {
     PixelRect { y1: tile.y0 + (tile.y1 - tile.y0 + CELL - 1) / CELL * CELL, ..tile }
 }
 
-/// Light at a row of corners.
+/// Light along a row of corners.
 #[derive(Clone, Copy)]
 struct CornerRow {
-    light: [[f32; COLUMNS]; 3],
+    /// Light of its pixels, interpolated between the corners.
+    light: [[f32; PIXELS]; 3],
     /// Bits of the corners that lie inside the face and are lit in f32.
     is_known: u128,
 }
@@ -79,10 +80,9 @@ pub(super) struct LightGrid {
     linear: [u64; CELL_ROWS],
     /// Whole cells side by side.
     cell_columns: usize,
+    /// Light at the corners of the row that is being lit.
+    corners: [[f32; COLUMNS]; 3],
     rows: [CornerRow; CELL_ROWS + 1],
-    /// The row of cells of `pixels`, and the light of its rows of pixels.
-    pixels_of: usize,
-    pixels: [[[f32; PIXELS]; 3]; CELL as usize],
 }
 
 /// Grids of a tile: those of the faces that were shaded last. So many faces that cut each other in one
@@ -152,7 +152,7 @@ impl Drop for LightGrids {
 impl LightGrid {
     /// Creates a grid of no face.
     const fn new() -> Self {
-        let row = CornerRow { light: [[0.0; COLUMNS]; 3], is_known: 0 };
+        let row = CornerRow { light: [[0.0; PIXELS]; 3], is_known: 0 };
         LightGrid {
             face: -1,
             is_decided: false,
@@ -160,16 +160,14 @@ impl LightGrid {
             has_cells: 0,
             linear: [0; CELL_ROWS],
             cell_columns: 0,
+            corners: [[0.0; COLUMNS]; 3],
             rows: [row; CELL_ROWS + 1],
-            pixels_of: usize::MAX,
-            pixels: [[[0.0; PIXELS]; 3]; CELL as usize],
         }
     }
 
     /// Makes it the grid of a face.
     fn set_face(&mut self, face: i32) {
         (self.face, self.is_decided, self.has_corners, self.has_cells) = (face, false, 0, 0);
-        self.pixels_of = usize::MAX;
     }
 
     /// Returns whether the bounds of the blocks were looked at.
@@ -182,12 +180,6 @@ impl LightGrid {
     #[inline(always)]
     pub fn has_linear_cells(&self) -> bool {
         self.linear.iter().any(|cells| *cells != 0)
-    }
-
-    /// Returns whether the light of the pixels of a row of cells is ready.
-    #[inline(always)]
-    pub fn has_pixels(&self, row: usize) -> bool {
-        self.pixels_of == row
     }
 
     /// Returns whether the corners of a row of cells were looked at.
@@ -212,58 +204,45 @@ impl LightGrid {
         bits >> (column % CELL as usize)
     }
 
-    /// Computes the light of the pixels of a row of cells from that of their corners.
+    /// Returns the light of LANES pixels from a column on of a row of the tile whose corners are lit.
     #[inline(always)]
-    pub fn light_pixels<S: Simd>(&mut self, s: S, row: usize) {
-        let mut down = 0;
-        while down < CELL as usize {
-            let part = s.splat(down as f32 / CELL as f32);
-            let mut channel = 0;
-            while channel < 3 {
-                let (upper, lower) = (&self.rows[row].light[channel], &self.rows[row + 1].light[channel]);
-                let mut between = [0.0; COLUMNS];
-                let mut corner = 0;
-                while corner <= self.cell_columns {
-                    let from = s.load(&upper[corner..]);
-                    s.store(from + (s.load(&lower[corner..]) - from) * part, &mut between[corner..]);
-                    corner += S::LANES;
-                }
-                let to = &mut self.pixels[down][channel];
-                let cells = to.chunks_exact_mut(CELL as usize).zip(between.windows(2));
-                for (to, corners) in cells.take(self.cell_columns) {
-                    let (from, step) = (corners[0], (corners[1] - corners[0]) * (1.0 / CELL as f32));
-                    to.copy_from_slice(&[from, from + step, from + step * 2.0, from + step * 3.0]);
-                }
-                channel += 1;
-            }
-            down += 1;
+    pub fn light<S: Simd>(&self, s: S, [column, line]: [usize; 2]) -> V3<S> {
+        let row = line / CELL as usize;
+        let (upper, lower) = (&self.rows[row].light, &self.rows[row + 1].light);
+        let part = s.splat((line % CELL as usize) as f32 / CELL as f32);
+        let mut light = [part; 3];
+        let mut channel = 0;
+        while channel < 3 {
+            let from = s.load(&upper[channel][column..]);
+            light[channel] = from + (s.load(&lower[channel][column..]) - from) * part;
+            channel += 1;
         }
-        self.pixels_of = row;
-    }
-
-    /// Returns the light of LANES pixels from a column on of a row of the tile whose light is ready.
-    #[inline(always)]
-    pub fn light<S: Simd>(&self, s: S, [column, row]: [usize; 2]) -> V3<S> {
-        let from = &self.pixels[row % CELL as usize];
-        [s.load(&from[0][column..]), s.load(&from[1][column..]), s.load(&from[2][column..])]
+        light
     }
 
     /// Keeps the light at LANES corners of a row from column `first` on. `known` are those that lie
     /// inside the face and are lit in f32.
     #[inline(always)]
     pub fn keep<S: Simd>(&mut self, s: S, [row, first]: [usize; 2], light: V3<S>, known: S::M) {
-        let to = &mut self.rows[row];
-        let mut axis = 0;
-        while axis < 3 {
-            s.store(light[axis], &mut to.light[axis][first..first + S::LANES]);
-            axis += 1;
+        let mut channel = 0;
+        while channel < 3 {
+            s.store(light[channel], &mut self.corners[channel][first..first + S::LANES]);
+            channel += 1;
         }
-        let lanes = (1u128 << S::LANES) - 1;
+        let (lanes, to) = ((1u128 << S::LANES) - 1, &mut self.rows[row]);
         to.is_known = (to.is_known & !(lanes << first)) | ((u128::from(known.bits()) & lanes) << first);
     }
 
-    /// Notes that a row of corners is lit.
+    /// Interpolates the light along a row of corners, all of which are lit.
+    #[inline(always)]
     pub fn finish_corners(&mut self, row: usize) {
+        for (to, corners) in self.rows[row].light.iter_mut().zip(&self.corners) {
+            let cells = to.chunks_exact_mut(CELL as usize).zip(corners.windows(2));
+            for (to, corners) in cells.take(self.cell_columns) {
+                let (from, step) = (corners[0], (corners[1] - corners[0]) * (1.0 / CELL as f32));
+                to.copy_from_slice(&[from, from + step, from + step * 2.0, from + step * 3.0]);
+            }
+        }
         self.has_corners |= 1 << row;
     }
 

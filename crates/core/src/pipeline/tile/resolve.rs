@@ -426,14 +426,14 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         if grid.linear_pixels::<S>(row, column) == 0 {
             return (s.mask(0), s.splat_i(0));
         }
-        if !grid.has_pixels(row) {
+        if !grid.has_cells(row) {
             s.call(s, LightCells { faces: &self.faces, exact_face, tile: self.tile.rect(), grid, row });
         }
         (s.mask(grid.linear_pixels::<S>(row, column)), pack(s, grid.light(s, [column, line])))
     }
 }
 
-/// Making the light of a row of cells ready, and lighting the corners that it lacks.
+/// Lighting the corners of a row of cells.
 struct LightCells<'k, 'a> {
     faces: &'k Faces<'a>,
     exact_face: &'k ExactFace,
@@ -448,21 +448,19 @@ impl<S: Simd> Part<S> for LightCells<'_, '_> {
     #[inline(always)]
     fn run(self, s: S) {
         let LightCells { faces, exact_face, tile, grid, row } = self;
-        let mut corners = row;
-        while corners <= row + 1 && !grid.has_cells(row) {
+        for corners in [row, row + 1] {
+            if grid.has_corners(corners) {
+                continue;
+            }
             let mut x = tile.x0;
-            while x < tile.x1 + CELL && !grid.has_corners(corners) {
+            while x < tile.x1 + CELL {
                 let at = [corners, ((x - tile.x0) / CELL) as usize];
                 faces.light_corners(s, exact_face, [x, tile.y0 + corners as i32 * CELL], grid, at);
                 x += CELL * S::LANES as i32;
             }
             grid.finish_corners(corners);
-            corners += 1;
         }
-        if !grid.has_cells(row) {
-            grid.finish_cells(row);
-        }
-        grid.light_pixels(s, row);
+        grid.finish_cells(row);
     }
 }
 
