@@ -4,6 +4,7 @@
 //! Guards against an unusual view (mirrored, slanted, far away, tiny) that loses a face or moves a
 //! corner.
 
+use crate::fast_forms::from_env;
 use fbptr::memory::{DepthFormat, PickBuffer, VideoMemory};
 use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, RenderPath, Renderer, Target};
 use fbptr::scene::{
@@ -203,10 +204,6 @@ proptest! {
         let formats = [DepthFormat::F32, DepthFormat::F32, DepthFormat::Reversed, DepthFormat::U16];
         both_paths_agree(&call, formats[format as usize]);
     }
-}
-
-fn from_env(name: &str, default: u32) -> u32 {
-    std::env::var(name).ok().and_then(|n| n.parse().ok()).unwrap_or(default)
 }
 
 /// An edge-on face across the near plane: the centre of one pixel lies beside it, where its plane

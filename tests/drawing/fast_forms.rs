@@ -14,6 +14,7 @@ use fbptr::scene::{
 use fbptr::simd::Level;
 use fbptr::truth::scenes::{Random, random};
 use glam::DVec3;
+use std::str::FromStr;
 use std::sync::Arc;
 
 /// A scene and the frame into which it is drawn.
@@ -44,7 +45,8 @@ pub fn renderer(level: Level, threads: usize, path: RenderPath) -> Renderer {
     Renderer::new(RenderOptions { pool: Some(Arc::new(pool)), simd: Some(level), path, ..options })
 }
 
-fn from_env(name: &str, default: u64) -> u64 {
+/// Returns the number in an environment variable: of scenes or cases, or the first one's seed.
+pub fn from_env<T: FromStr>(name: &str, default: T) -> T {
     std::env::var(name).ok().and_then(|n| n.parse().ok()).unwrap_or(default)
 }
 

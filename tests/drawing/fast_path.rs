@@ -3,6 +3,7 @@
 //!
 //! Guards against a fast path that draws another picture, or another one on another machine.
 
+use crate::fast_forms::from_env;
 use fbptr::memory::{DepthFormat, DepthMemory, PickBuffer, VideoMemory};
 use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, RenderPath, Renderer, SceneOptions, Target};
 use fbptr::scene::{Camera, Corner, Geometry, LookAt, Material, Mesh, NONE, Projection, Scene};
@@ -107,10 +108,6 @@ pub fn with(level: Level, threads: usize) -> Renderer {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let options = RenderOptions::default();
     Renderer::new(RenderOptions { pool: Some(Arc::new(pool)), simd: Some(level), ..options })
-}
-
-fn from_env(name: &str, default: u64) -> u64 {
-    std::env::var(name).ok().and_then(|n| n.parse().ok()).unwrap_or(default)
 }
 
 #[test]

@@ -3,6 +3,7 @@
 //! Guards against a figure whose rows depend on where a band begins, against bands that overlap or
 //! leave out a row, and against rows that are not marked as changed.
 
+use crate::fast_forms::from_env;
 use crate::small_draws::of_threads;
 use fbptr::draw2d::{self, Arc, Area, AreaColors, Blend, DrawError, Line, RampColor, RealRect};
 use fbptr::executor::Executor;
@@ -116,7 +117,7 @@ fn memory(clip: &Option<[Range<u32>; 2]>) -> VideoMemory {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1500, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig::with_cases(from_env("BAND_CASES", 300)))]
 
     #[test]
     fn areas_in_bands_are_whole_ones(

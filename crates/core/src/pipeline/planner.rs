@@ -238,13 +238,13 @@ fn plan_lighting(
                     "SHADE phong: once a pixel, large faces once in 4x4 where light is linear within 1/4 step; highlights where they reach 1/4 step"
                 }
                 (true, _, true) => {
-                    "SHADE phong: once a pixel, large faces once in 4x4 where light is linear within 1/4 step; by the lights that reach its tile, highlights where they reach 1/4 step"
+                    "SHADE phong: once a pixel, large faces once in 4x4 where light is linear within 1/4 step; up to 16 materials by the lights that reach the tile, highlights where they reach 1/4 step"
                 }
                 (false, true, false) => {
                     "SHADE phong: once a pixel, large faces once in 4x4 where light is linear within 1/4 step"
                 }
                 (false, true, true) => {
-                    "SHADE phong: once a pixel, large faces once in 4x4 where light is linear within 1/4 step; by the lights that reach its tile"
+                    "SHADE phong: once a pixel, large faces once in 4x4 where light is linear within 1/4 step; up to 16 materials by the lights that reach the tile"
                 }
                 (false, false, _) => "SHADE phong: once a pixel, and once a large face of one normal",
             };
