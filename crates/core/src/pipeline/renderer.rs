@@ -147,6 +147,12 @@ impl Renderer {
         self.options.pool.as_ref().map_or(1, |p| p.current_num_threads()) as u64
     }
 
+    /// Returns whether small draws are put together: for threads to share them, or for an observer,
+    /// which is told of the pieces that threads would have.
+    fn shares_small_draws(&self) -> bool {
+        self.threads() > 1 || self.options.observer.is_some()
+    }
+
     /// Computes the facts that a draw needs of its geometry, within the budget.
     fn prepare_geometry(&mut self, prepared: &PreparedDraw) -> Result<(), OverBudget> {
         let mesh = &prepared.call.geometry.mesh;
@@ -398,9 +404,9 @@ impl Renderer {
     }
 
     /// Returns how many of the first objects of `all` the tile renderer draws together: more than
-    /// one if there are threads to share them, and memory.
+    /// one if they are shared, and there is memory.
     fn batch_size(&mut self, all: &[PreparedDraw], target: &Target) -> usize {
-        if all.len() < 2 || self.threads() < 2 {
+        if all.len() < 2 || !self.shares_small_draws() {
             return 1;
         }
         let count = self.workspace.draw_batch.count(all, target);

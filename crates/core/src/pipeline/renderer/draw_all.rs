@@ -37,7 +37,7 @@ impl Renderer {
         while results.len() < calls.len() {
             let (done, rest) = (results.len(), &calls[results.len()..]);
             let run = rest.iter().take(MOST_CALLS).take_while(is_small).count();
-            if self.threads() > 1 && run > 1 {
+            if self.shares_small_draws() && run > 1 {
                 let counts = self.draw_together(target, &rest[..run]);
                 results.extend(counts.into_iter().map(Ok));
             }

@@ -160,8 +160,8 @@ mod tests {
     use fbptr_core::memory::DepthFormat;
     use fbptr_core::pipeline::RenderOptions;
 
-    #[test]
-    fn a_workload_is_simulated_from_its_own_pieces() {
+    /// Simulates a small frame on 1, 2 and 64 cores.
+    fn small(workload: Workload) -> CoresRow {
         let options = BenchOptions {
             render: RenderOptions { pool: fbptr_engine::worker_pool(Some(2)), ..RenderOptions::default() },
             depth_format: DepthFormat::F32,
@@ -170,12 +170,25 @@ mod tests {
             frames: 3,
             budget: Duration::from_secs(1),
         };
-        let row = run_on_cores(Workload::Phong70k, &options, &[1, 2, 64]).expect("the right picture");
+        run_on_cores(workload, &options, &[1, 2, 64]).expect("the right picture")
+    }
+
+    #[test]
+    fn a_workload_is_simulated_from_its_own_pieces() {
+        let row = small(Workload::Phong70k);
         let [(1, one), (2, two), (64, most)] = row.simulated_ms[..] else { panic!("{row:?}") };
         assert!(two < one && most <= two, "{row:?}");
         assert!(row.serial_share > 0.0 && row.serial_share < 0.9, "{row:?}");
         // Amdahl's law, with the wait for threads on top.
         assert!(most >= one * row.serial_share * 0.99, "{row:?}");
         assert!(row.measured_ms.is_some_and(|(threads, ms)| threads == 2 && ms > 0.0));
+    }
+
+    #[test]
+    fn small_draws_have_the_pieces_that_two_threads_share() {
+        for workload in [Workload::Objects10k, Workload::Scene10k] {
+            let row = small(workload);
+            assert!(row.serial_share < 0.9, "{row:?}");
+        }
     }
 }
