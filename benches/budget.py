@@ -91,10 +91,11 @@ MADE = {
 class Server:
     """A server, and one connection to it."""
 
-    def __init__(self, program, threads):
+    def __init__(self, program, threads, simd="auto"):
         self.folder = tempfile.TemporaryDirectory(prefix="fbptr-bench-")
         path = os.path.join(self.folder.name, "socket")
         command = [program, "serve", "--headless", "--size", f"{WIDTH}x{HEIGHT}", "--unix", path, "--threads", threads]
+        command += ["--simd", simd] if simd != "auto" else []
         self.process = subprocess.Popen([*command, "--load-dir", FOLDER], stderr=subprocess.DEVNULL)
         self.wire = socket.socket(socket.AF_UNIX)
         self.wire.settimeout(120)
