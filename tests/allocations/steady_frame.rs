@@ -58,6 +58,15 @@ impl Stage {
 
 fn two_threads() -> RenderOptions {
     let pool = counted_pool(2);
+    // Each thread takes work from the other once: what it asks for at its first time would come late on
+    // a busy machine, in counted frames.
+    let (begun, taken) = (Barrier::new(2), Barrier::new(2));
+    let wait = |barrier: &Barrier| drop(barrier.wait());
+    let second = || {
+        wait(&begun);
+        rayon::join(|| wait(&taken), || wait(&taken));
+    };
+    pool.install(|| rayon::join(|| wait(&begun), second));
     RenderOptions { pool: Some(Arc::new(pool)), ..RenderOptions::default() }
 }
 

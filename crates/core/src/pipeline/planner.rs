@@ -235,16 +235,16 @@ fn plan_lighting(
                 && call.camera.matrices(1.0).is_ok_and(|camera| !camera.is_parallel);
             let reason = match (asks.highlight, asks.place, by_tile) {
                 (true, _, false) => {
-                    "SHADE phong: once a pixel, large faces once in 4x4 where light is linear within 1/4 step; highlights where they reach 1/4 step"
+                    "SHADE phong: once a pixel, large faces once in 2x2 to 8x8 where light is linear within 1/4 step; highlights where they reach 1/4 step"
                 }
                 (true, _, true) => {
-                    "SHADE phong: once a pixel, large faces once in 4x4 where light is linear within 1/4 step; up to 16 materials by the lights that reach the tile, highlights where they reach 1/4 step"
+                    "SHADE phong: once a pixel, large faces once in 2x2 to 8x8 where light is linear within 1/4 step; up to 16 materials by the lights that reach the tile, highlights where they reach 1/4 step"
                 }
                 (false, true, false) => {
-                    "SHADE phong: once a pixel, large faces once in 4x4 where light is linear within 1/4 step"
+                    "SHADE phong: once a pixel, large faces once in 2x2 to 8x8 where light is linear within 1/4 step"
                 }
                 (false, true, true) => {
-                    "SHADE phong: once a pixel, large faces once in 4x4 where light is linear within 1/4 step; up to 16 materials by the lights that reach the tile"
+                    "SHADE phong: once a pixel, large faces once in 2x2 to 8x8 where light is linear within 1/4 step; up to 16 materials by the lights that reach the tile"
                 }
                 (false, false, _) => "SHADE phong: once a pixel, and once a large face of one normal",
             };

@@ -7,7 +7,7 @@
 use super::attribute_fetch::{Corners, Few, MOST_FEW, blend, gather3, most_few};
 use super::exact_faces::{self, ExactFace};
 use super::interpolate::{Barycentrics, FragmentInputs, add};
-use super::light_grid::{self, BlockInputs, CELL, LightGrid, LightInputs};
+use super::light_grid::{self, BlockInputs, LightGrid, LightInputs};
 use super::lighting::{MaterialLighting, light, pack, splat3};
 use super::shading_state::{ColorSource, Eye, MaterialBinding, Shading};
 use super::tile_buffers::{EXACT_FACE_BIT, NO_FACE};
@@ -229,10 +229,11 @@ impl Faces<'_> {
         at: [usize; 2],
     ) {
         let ColorSource::Pixels(normals) = self.shading.shader.source else { return };
-        let p = exact_faces::weights(s, exact_face, pixel, CELL);
+        let step = grid.cell() as i32;
+        let p = exact_faces::weights(s, exact_face, pixel, step);
         let sum = (p[0] + p[1]) + p[2];
         let barycentrics = Barycentrics::new(p, s.splat(1.0) / sum);
-        let inputs = self.inputs_of(s, exact_face, barycentrics, pixel, CELL);
+        let inputs = self.inputs_of(s, exact_face, barycentrics, pixel, step);
         let all = s.mask(u32::MAX);
         let normal = blend(s, all, normals, &inputs.corners, inputs.barycentrics.weights());
         let lighting = &self.binding_of(exact_face).lighting;

@@ -1,43 +1,40 @@
-//! Light of a large face, computed at the corners of cells of 4x4 pixels and interpolated between them
-//! where that is proven to differ too little to be seen.
+//! Light of a large face, computed at the corners of cells of 8x8, 4x4 or 2x2 pixels and interpolated
+//! between them where that is proven to differ too little to be seen.
 //!
-//! In: a face that was set up in f64 and is lit per pixel, the tile, and the allowed error. Out: for
-//! each cell whether its pixels are interpolated, and the light at its corners. A cell is interpolated
-//! if its corners lie inside the face and the bound of [`super::linear_light`] for its block of
-//! 32x8 pixels is within the error. Both depend on the face, the cell and the draw's clip rectangle
-//! alone: a pixel's colour depends neither on what hides its neighbours nor on the vector width. One
-//! knows by pictures that stay within 1/255 of the reference, and by the bound's own tests.
+//! In: a face that was set up in f64 and is lit per pixel, the tile, and the allowed error. Out: the
+//! size of the cells, for each whether its pixels are interpolated, and the light at its corners. A
+//! cell is interpolated if its corners lie inside the face and the bound of [`super::linear_light`]
+//! for its block of 32x8 pixels is within the error. A face's cells have one size in a tile: that for
+//! which corners and pixels take the least together, by a rough price. All this depends on the face, the tile and the draw's clip rectangle alone: a pixel's colour depends
+//! neither on what hides its neighbours nor on the vector width. One knows by pictures that stay within
+//! 1/255 of the reference, and by the bound's own tests.
 //!
 //! Corners are the centres of the cells' first pixels, so a cell's last corners are those of the next
 //! cells. Blocks are looked at for the whole tile when the first pixel of the face is shaded, before
 //! any corner is lit; rows of corners are lit when the first of their cells is shaded.
 
 use super::grid::Grid;
-use super::lighting::{MaterialLighting, V3, scale, splat3};
-use super::linear_light::{BlockCorners, CELL_PARTS, error_of_cells};
+use super::lighting::{FastLight, MaterialLighting, V3, scale, splat3};
+use super::linear_light::{BLOCK, BlockCorners, errors_of_cells};
 use crate::math::coverage::PixelRect;
 use crate::simd::{F32, Kernel, Level, Mask, Simd};
 use std::cell::Cell;
 
-/// Columns and rows of a cell.
-pub(super) const CELL: i32 = 4;
+/// Columns and rows of the largest cells, and of the smallest.
+const LARGEST_CELL: i32 = 8;
+const LEAST_CELL: usize = 2;
 
-/// Cells side by side in a block, and in a column.
-const BLOCK: [usize; 2] = [(1.0 / CELL_PARTS[0]) as usize, (1.0 / CELL_PARTS[1]) as usize];
-
-/// Rows of cells in a tile.
-const CELL_ROWS: usize = (Grid::TILE_ROWS / CELL) as usize;
+/// Most rows of cells in a tile.
+const CELL_ROWS: usize = Grid::TILE_ROWS as usize / LEAST_CELL;
 
 /// Most blocks side by side in a tile, in a column, and in all.
-const BLOCK_COLUMNS: usize = 2 * Grid::TILE_COLUMNS as usize / (CELL as usize * BLOCK[0]);
-const BLOCK_ROWS: usize = CELL_ROWS / BLOCK[1];
+const BLOCK_COLUMNS: usize = 2 * Grid::TILE_COLUMNS as usize / BLOCK[0];
+const BLOCK_ROWS: usize = Grid::TILE_ROWS as usize / BLOCK[1];
 const BLOCKS: usize = BLOCK_COLUMNS * BLOCK_ROWS;
 
-/// Room for the corners of a row: those of the widest tile, and the rest of a vector.
-const COLUMNS: usize = BLOCK_COLUMNS * BLOCK[0] + 16;
-
-/// Room for the pixels of a row.
-const PIXELS: usize = COLUMNS * CELL as usize;
+/// Room for the pixels of a row, and for its corners: those of the widest tile, and the rest of a vector.
+const PIXELS: usize = BLOCK_COLUMNS * BLOCK[0] + 16;
+const COLUMNS: usize = BLOCK_COLUMNS * BLOCK[0] / LEAST_CELL + 16;
 
 /// Limit of the numbers whose squares, and products of squares, the bound can represent.
 const LARGEST: f32 = 1e9;
@@ -54,12 +51,17 @@ pub(super) fn may_pay(bounds: PixelRect, tile: PixelRect) -> bool {
 /// Returns the pixels up to whose neighbours the light of a tile's grids reaches: the whole tile,
 /// whatever is seen of it, and its last cells.
 pub(super) fn reach(tile: PixelRect) -> PixelRect {
-    PixelRect { y1: tile.y0 + (tile.y1 - tile.y0 + CELL - 1) / CELL * CELL, ..tile }
+    PixelRect { y1: tile.y0 + (tile.y1 - tile.y0 + LARGEST_CELL - 1) / LARGEST_CELL * LARGEST_CELL, ..tile }
 }
+
+/// Rows of corners that are kept.
+const ROWS: usize = 4;
 
 /// Light along a row of corners.
 #[derive(Clone, Copy)]
 struct CornerRow {
+    /// Its number in the tile; `usize::MAX` before it is lit.
+    number: usize,
     /// Light of its pixels, interpolated between the corners.
     light: [[f32; PIXELS]; 3],
     /// Bits of the corners that lie inside the face and are lit in f32.
@@ -72,17 +74,18 @@ pub(super) struct LightGrid {
     face: i32,
     /// True if the bounds of the blocks were looked at.
     is_decided: bool,
-    /// Bits of the rows of corners that are lit, and of cells whose corners are.
-    has_corners: u32,
-    has_cells: u32,
-    /// For each row of cells the bits of those that are interpolated; of a row whose corners are not
+    /// Columns and rows of a cell.
+    cell: usize,
+    /// For each row of cells the bits of those that are interpolated; of a row whose corners were not
     /// lit yet, if these allow it.
-    linear: [u64; CELL_ROWS],
+    linear: [u128; CELL_ROWS],
     /// Whole cells side by side.
     cell_columns: usize,
     /// Light at the corners of the row that is being lit.
     corners: [[f32; COLUMNS]; 3],
-    rows: [CornerRow; CELL_ROWS + 1],
+    /// Rows of corners: those that were lit last, each at the rest of its number. A tile is shaded from
+    /// the top to the bottom, and a strip of pixels needs three.
+    rows: [CornerRow; ROWS],
 }
 
 /// Grids of a tile: those of the faces that were shaded last. So many faces that cut each other in one
@@ -152,22 +155,22 @@ impl Drop for LightGrids {
 impl LightGrid {
     /// Creates a grid of no face.
     const fn new() -> Self {
-        let row = CornerRow { light: [[0.0; PIXELS]; 3], is_known: 0 };
+        let row = CornerRow { number: usize::MAX, light: [[0.0; PIXELS]; 3], is_known: 0 };
         LightGrid {
             face: -1,
             is_decided: false,
-            has_corners: 0,
-            has_cells: 0,
+            cell: LEAST_CELL,
             linear: [0; CELL_ROWS],
             cell_columns: 0,
             corners: [[0.0; COLUMNS]; 3],
-            rows: [row; CELL_ROWS + 1],
+            rows: [row; ROWS],
         }
     }
 
     /// Makes it the grid of a face.
     fn set_face(&mut self, face: i32) {
-        (self.face, self.is_decided, self.has_corners, self.has_cells) = (face, false, 0, 0);
+        (self.face, self.is_decided) = (face, false);
+        self.rows.iter_mut().for_each(|row| row.number = usize::MAX);
     }
 
     /// Returns whether the bounds of the blocks were looked at.
@@ -182,34 +185,41 @@ impl LightGrid {
         self.linear.iter().any(|cells| *cells != 0)
     }
 
-    /// Returns whether the corners of a row of cells were looked at.
-    pub fn has_cells(&self, row: usize) -> bool {
-        self.has_cells >> row & 1 == 1
+    /// Returns the columns and rows of a cell.
+    #[inline(always)]
+    pub fn cell(&self) -> usize {
+        self.cell
+    }
+
+    /// Returns the cells side by side.
+    pub fn cell_columns(&self) -> usize {
+        self.cell_columns
     }
 
     /// Returns whether a row of corners is lit.
+    #[inline(always)]
     pub fn has_corners(&self, row: usize) -> bool {
-        self.has_corners >> row & 1 == 1
+        self.rows[row % ROWS].number == row
     }
 
     /// Returns bits of those pixels from `column` on that lie in interpolated cells of a row.
     #[inline(always)]
     pub fn linear_pixels<S: Simd>(&self, row: usize, column: usize) -> u32 {
-        let cells = self.linear[row] >> (column / CELL as usize);
-        let (mut bits, mut cell) = (0, 0);
-        while cell <= S::LANES / CELL as usize {
-            bits |= ((cells >> cell & 1) as u32 * 15) << (cell * CELL as usize);
-            cell += 1;
-        }
-        bits >> (column % CELL as usize)
+        let cells = (self.linear[row] >> (column / self.cell)) as u32;
+        let pixels = match self.cell {
+            2 => pixels_of::<2, S>(cells),
+            4 => pixels_of::<4, S>(cells),
+            _ => pixels_of::<8, S>(cells),
+        };
+        (pixels >> (column % self.cell)) as u32
     }
 
     /// Returns the light of LANES pixels from a column on of a row of the tile whose corners are lit.
     #[inline(always)]
     pub fn light<S: Simd>(&self, s: S, [column, line]: [usize; 2]) -> V3<S> {
-        let row = line / CELL as usize;
-        let (upper, lower) = (&self.rows[row].light, &self.rows[row + 1].light);
-        let part = s.splat((line % CELL as usize) as f32 / CELL as f32);
+        let row = line / self.cell;
+        let (upper, lower) = (&self.rows[row % ROWS].light, &self.rows[(row + 1) % ROWS].light);
+        let part = s.splat((line % self.cell) as f32 / self.cell as f32);
         let mut light = [part; 3];
         let mut channel = 0;
         while channel < 3 {
@@ -229,45 +239,81 @@ impl LightGrid {
             s.store(light[channel], &mut self.corners[channel][first..first + S::LANES]);
             channel += 1;
         }
-        let (lanes, to) = ((1u128 << S::LANES) - 1, &mut self.rows[row]);
+        let (lanes, to) = ((1u128 << S::LANES) - 1, &mut self.rows[row % ROWS]);
         to.is_known = (to.is_known & !(lanes << first)) | ((u128::from(known.bits()) & lanes) << first);
     }
 
     /// Interpolates the light along a row of corners, all of which are lit.
     #[inline(always)]
     pub fn finish_corners(&mut self, row: usize) {
-        for (to, corners) in self.rows[row].light.iter_mut().zip(&self.corners) {
-            let cells = to.chunks_exact_mut(CELL as usize).zip(corners.windows(2));
-            for (to, corners) in cells.take(self.cell_columns) {
-                let (from, step) = (corners[0], (corners[1] - corners[0]) * (1.0 / CELL as f32));
-                to.copy_from_slice(&[from, from + step, from + step * 2.0, from + step * 3.0]);
-            }
+        let (light, corners) = (&mut self.rows[row % ROWS].light, &self.corners);
+        match self.cell {
+            2 => along::<2>(light, corners, self.cell_columns),
+            4 => along::<4>(light, corners, self.cell_columns),
+            _ => along::<8>(light, corners, self.cell_columns),
         }
-        self.has_corners |= 1 << row;
+        self.rows[row % ROWS].number = row;
     }
 
     /// Leaves those cells of a row to be interpolated whose corners, all lit now, allow it.
     pub fn finish_cells(&mut self, row: usize) {
-        let known = self.rows[row].is_known & self.rows[row + 1].is_known;
-        self.linear[row] &= (known & (known >> 1)) as u64;
-        self.has_cells |= 1 << row;
+        let known = self.rows[row % ROWS].is_known & self.rows[(row + 1) % ROWS].is_known;
+        self.linear[row] &= known & (known >> 1);
     }
 
     /// Decides which cells of a tile are interpolated with at most this error, in units of colour, if
     /// their corners allow it.
     pub fn decide(&mut self, inputs: &BlockInputs, lighting: &MaterialLighting, most: f32) {
-        self.cell_columns = inputs.cell_columns as usize;
         let within = Level::in_four_lanes(ErrorKernel { inputs, lighting, most });
-        self.linear = [0; CELL_ROWS];
+        let price = |&(cell, within): &(usize, u32)| price(inputs, lighting, cell, within);
+        let (cell, within) = within.into_iter().min_by_key(price).unwrap_or((LEAST_CELL, 0));
+        (self.cell, self.cell_columns, self.linear) = (cell, inputs.width / cell, [0; CELL_ROWS]);
         // The frame's last columns may be less than a cell.
-        let whole = u64::MAX.checked_shr(64 - inputs.cell_columns).unwrap_or(0);
+        let whole = (1 << self.cell_columns) - 1;
+        let [columns, rows] = BLOCK.map(|pixels| pixels / cell);
         for block in (0..inputs.count()).filter(|block| within >> block & 1 == 1) {
             let (row, column) = (block / inputs.columns, block % inputs.columns);
-            let cells = (((1 << BLOCK[0]) - 1) << (column * BLOCK[0])) & whole;
-            self.linear[row * BLOCK[1]..][..BLOCK[1]].iter_mut().for_each(|linear| *linear |= cells);
+            let cells = (((1 << columns) - 1) << (column * columns)) & whole;
+            self.linear[row * rows..][..rows].iter_mut().for_each(|linear| *linear |= cells);
         }
         self.is_decided = true;
     }
+}
+
+/// Returns the bits of pixels of the first cells, as far as a vector that begins in the first of them.
+#[inline(always)]
+fn pixels_of<const CELL: usize, S: Simd>(cells: u32) -> u64 {
+    let (mut bits, mut cell) = (0, 0);
+    while cell <= S::LANES / CELL {
+        bits |= (u64::from(cells >> cell & 1) * ((1 << CELL) - 1)) << (cell * CELL);
+        cell += 1;
+    }
+    bits
+}
+
+/// Interpolates light between corners that are `CELL` pixels apart.
+#[inline(always)]
+fn along<const CELL: usize>(light: &mut [[f32; PIXELS]; 3], corners: &[[f32; COLUMNS]; 3], cells: usize) {
+    for (light, corners) in light.iter_mut().zip(corners) {
+        let (light, _) = light.as_chunks_mut::<CELL>();
+        for (light, corners) in light.iter_mut().zip(corners.windows(2)).take(cells) {
+            let (from, step) = (corners[0], (corners[1] - corners[0]) * (1.0 / CELL as f32));
+            *light = std::array::from_fn(|i| from + step * i as f32);
+        }
+    }
+}
+
+/// Returns what the pixels of a tile take, in tens of instructions, about: corners lit by whole rows of the
+/// tile wherever one of their blocks is interpolated, and pixels of the other blocks.
+fn price(inputs: &BlockInputs, lighting: &MaterialLighting, cell: usize, within: u32) -> usize {
+    let light_price = |light: &FastLight| 2 + 2 * usize::from(light.specular != [0.0; 3]);
+    let lit = 2 + lighting.lights.iter().map(light_price).sum::<usize>();
+    let of_row = |row: usize| within >> (row * inputs.columns) & ((1 << inputs.columns) - 1);
+    let rows = (0..inputs.rows).filter(|row| of_row(*row) != 0).count();
+    let corners = rows * (BLOCK[1] / cell) * (inputs.width / cell + 8);
+    let interpolated = within.count_ones() as usize * BLOCK[0] * BLOCK[1];
+    let others = inputs.count() * BLOCK[0] * BLOCK[1] - interpolated;
+    corners * (lit + 2) + interpolated * (1 + 2 / cell) + others * lit
 }
 
 /// Inputs of a pixel's light, linear over the screen.
@@ -283,8 +329,8 @@ pub(super) struct LightInputs {
 /// Inputs of the light at the corners of a tile's blocks, row by row: of each block at its upper left,
 /// upper right, lower left and lower right corner.
 pub(super) struct BlockInputs {
-    /// Whole cells side by side, and blocks side by side and below each other.
-    cell_columns: u32,
+    /// Pixels side by side, and blocks side by side and below each other.
+    width: usize,
     columns: usize,
     rows: usize,
     /// Unit vector towards a viewer at infinity; `None` if the viewer is at the origin.
@@ -297,10 +343,10 @@ pub(super) struct BlockInputs {
 impl BlockInputs {
     /// Creates the inputs of a tile, `at` being those of a pixel.
     pub fn new(tile: PixelRect, to_viewer: Option<[f32; 3]>, at: impl Fn([i32; 2]) -> LightInputs) -> Self {
-        let [width, height] = BLOCK.map(|cells| cells as i32 * CELL);
+        let [width, height] = BLOCK.map(|pixels| pixels as i32);
         let none = [0.0; BLOCKS];
         let mut inputs = BlockInputs {
-            cell_columns: ((tile.x1 - tile.x0) / CELL) as u32,
+            width: (tile.x1 - tile.x0) as usize,
             columns: ((tile.x1 - tile.x0 + width - 1) / width) as usize,
             rows: ((tile.y1 - tile.y0 + height - 1) / height) as usize,
             to_viewer,
@@ -341,7 +387,7 @@ impl BlockInputs {
     }
 }
 
-/// Finding the blocks of a tile whose bound is within an error.
+/// Finding the blocks of a tile whose bound is within an error, for cells of each size.
 struct ErrorKernel<'a> {
     inputs: &'a BlockInputs,
     lighting: &'a MaterialLighting,
@@ -349,13 +395,14 @@ struct ErrorKernel<'a> {
 }
 
 impl Kernel for ErrorKernel<'_> {
-    /// Bits of the blocks.
-    type Output = u32;
+    /// Sizes of cells, the largest first, each with the bits of the blocks.
+    type Output = [(usize, u32); 3];
 
     #[inline(always)]
-    fn run<S: Simd>(self, s: S) -> u32 {
+    fn run<S: Simd>(self, s: S) -> [(usize, u32); 3] {
         let (inputs, most) = (self.inputs, s.splat(LARGEST));
-        let (mut within, mut first) = (0, 0);
+        let mut within = [(LARGEST_CELL as usize, 0), (4, 0), (LEAST_CELL, 0)];
+        let mut first = 0;
         while first < inputs.count() {
             let q = [s.load(&inputs.q[0][first..]); 4];
             let to_viewer = inputs.to_viewer.map(|v| splat3(s, v));
@@ -384,8 +431,13 @@ impl Kernel for ErrorKernel<'_> {
                 block.normals[corner] = scale::<S>(block.normals[corner], far);
                 corner += 1;
             }
-            let error = error_of_cells(s, self.lighting, &block);
-            within |= (is_known & error.le(s.splat(self.most))).bits() << first;
+            let errors = errors_of_cells(s, self.lighting, &block);
+            let mut size = 0;
+            while size < within.len() {
+                let error = errors.of_cell(s, within[size].0);
+                within[size].1 |= (is_known & error.le(s.splat(self.most))).bits() << first;
+                size += 1;
+            }
             first += S::LANES;
         }
         within

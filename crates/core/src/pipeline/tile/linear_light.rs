@@ -2,13 +2,14 @@
 //!
 //! In: what a face's pixels are lit from, at the four corners of each block of cells, and the lights
 //! of its material. Out: an upper bound on the error, in units of colour (1 is 255 steps), of light
-//! that is computed at the corners of the block's cells and interpolated between them. One knows by
-//! dense samples in f64 that stay within the bound, for random faces, lights and blocks (tests).
+//! that is computed at the corners of the block's cells and interpolated between them, for cells of any
+//! size ([`CellErrors`]). One knows by dense samples in f64 that stay within the bound, for random
+//! faces, lights and blocks (tests).
 //!
 //! Bilinear interpolation of f errs by at most (max|f_xx| w^2 + max|f_yy| h^2) / 8 over a cell of w by h
 //! pixels. The largest derivatives are those of the block; below they are along one of its sides, in
-//! units of that side; of a cell's side they are a part given by [`CELL_PARTS`]. A unit vector u = v/|v|
-//! of a linear v turns by u' and u'':
+//! units of that side, of which a cell has a part. A unit vector u = v/|v| of a linear v turns by u' and
+//! u'':
 //!
 //! ```text
 //! |u'|  = |v x v'| / |v|^2              |v x v'| is convex along the other side: largest at an edge
@@ -27,7 +28,7 @@
 
 mod varying;
 
-pub(super) use varying::CELL_PARTS;
+pub(super) use varying::{BLOCK, CellErrors};
 
 use super::lighting::{Cone, FastLight, LightPosition, MaterialLighting, V3, acos, dot, scale, splat3};
 use crate::scene::LightingModel;
@@ -53,29 +54,35 @@ pub(super) struct BlockCorners<S: Simd> {
 // Helpers are functions marked for inlining, not closures: a closure would be compiled without the
 // level's instructions.
 
-/// Returns a bound on the error of interpolated light over the cells of blocks.
+/// Returns bounds on the error of interpolated light over the cells of blocks.
 #[inline(always)]
-pub(super) fn error_of_cells<S: Simd>(s: S, lighting: &MaterialLighting, block: &BlockCorners<S>) -> S::F {
+pub(super) fn errors_of_cells<S: Simd>(
+    s: S,
+    lighting: &MaterialLighting,
+    block: &BlockCorners<S>,
+) -> CellErrors<S> {
     let zero = s.splat(0.0);
     let normal = direction(s, &block.normals);
     let viewer = viewer(s, block);
-    let mut error = zero;
+    let mut sum = CellErrors { by_square: zero, by_side: zero };
     for light in &lighting.lights {
-        error = error + light_error(s, lighting, light, block, &normal, &viewer);
+        let own = light_errors(s, lighting, light, block, &normal, &viewer);
+        sum.by_square = sum.by_square + own.by_square;
+        sum.by_side = sum.by_side + own.by_side;
     }
-    error
+    sum
 }
 
-/// Returns a bound on the error of one light.
+/// Returns bounds on the error of one light.
 #[inline(always)]
-fn light_error<S: Simd>(
+fn light_errors<S: Simd>(
     s: S,
     lighting: &MaterialLighting,
     light: &FastLight,
     block: &BlockCorners<S>,
     normal: &Direction<S>,
     viewer: &Direction<S>,
-) -> S::F {
+) -> CellErrors<S> {
     let (zero, unknown) = (s.splat(0.0), s.splat(UNKNOWN));
     let (to_light, strength, is_outside) = match light.position {
         LightPosition::Toward(d) => {
@@ -88,9 +95,9 @@ fn light_error<S: Simd>(
     let facing = cosine(s, normal, &to_light);
     let lit = product(s, &facing, &strength);
     let is_dark = facing.high.le(zero);
-    let kink = kink(s, &facing) * strength.high;
-    let diffuse = s.splat(brightest(light.diffuse)) * (kink + curvature(s, &lit));
-    let mut error = s.select(is_dark, zero, diffuse);
+    let brightness = s.splat(brightest(light.diffuse));
+    let kink = s.select(is_dark, zero, brightness * (kink(s, &facing) * strength.high));
+    let mut error = s.select(is_dark, zero, brightness * curvature(s, &lit));
     if light.ambient != [0.0; 3] {
         error = error + s.splat(brightest(light.ambient)) * curvature(s, &strength);
     }
@@ -102,7 +109,7 @@ fn light_error<S: Simd>(
         let specular = s.select(facing.low.lt(zero), unknown, specular);
         error = error + s.select(is_dull, zero, specular);
     }
-    s.select(is_outside, zero, error)
+    CellErrors { by_square: s.select(is_outside, zero, error), by_side: s.select(is_outside, zero, kink) }
 }
 
 /// Returns the directions to a light at a place, its strength, and the blocks that it does not reach.

@@ -12,7 +12,7 @@ use super::attribute_fetch::Few;
 use super::exact_faces::ExactFace;
 use super::face_tables::Faces;
 use super::interpolate::FragmentInputs;
-use super::light_grid::{CELL, LightGrid, LightGrids};
+use super::light_grid::{LightGrid, LightGrids};
 use super::lighting::pack;
 use super::texture_queue::{QUEUE_CAPACITY, TextureQueue};
 use super::tile_buffers::{EXACT_FACE_BIT, ID_STRIDE, NO_FACE, Tile};
@@ -422,11 +422,11 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             cached.has_grid = grid.has_linear_cells();
         }
         let [column, line] = [(x - self.tile.x0) as usize, (y - self.tile.y0) as usize];
-        let row = line / CELL as usize;
+        let row = line / grid.cell();
         if grid.linear_pixels::<S>(row, column) == 0 {
             return (s.mask(0), s.splat_i(0));
         }
-        if !grid.has_cells(row) {
+        if !(grid.has_corners(row) && grid.has_corners(row + 1)) {
             s.call(s, LightCells { faces: &self.faces, exact_face, tile: self.tile.rect(), grid, row });
         }
         (s.mask(grid.linear_pixels::<S>(row, column)), pack(s, grid.light(s, [column, line])))
@@ -448,15 +448,16 @@ impl<S: Simd> Part<S> for LightCells<'_, '_> {
     #[inline(always)]
     fn run(self, s: S) {
         let LightCells { faces, exact_face, tile, grid, row } = self;
+        let cell = grid.cell() as i32;
         for corners in [row, row + 1] {
             if grid.has_corners(corners) {
                 continue;
             }
-            let mut x = tile.x0;
-            while x < tile.x1 + CELL {
-                let at = [corners, ((x - tile.x0) / CELL) as usize];
-                faces.light_corners(s, exact_face, [x, tile.y0 + corners as i32 * CELL], grid, at);
-                x += CELL * S::LANES as i32;
+            let mut column = 0;
+            while column <= grid.cell_columns() {
+                let pixel = [tile.x0 + column as i32 * cell, tile.y0 + corners as i32 * cell];
+                faces.light_corners(s, exact_face, pixel, grid, [corners, column]);
+                column += S::LANES;
             }
             grid.finish_corners(corners);
         }

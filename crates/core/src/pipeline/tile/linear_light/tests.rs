@@ -29,10 +29,11 @@ impl Block {
 struct Bound<'a>(&'a MaterialLighting, &'a Block);
 
 impl Kernel for Bound<'_> {
-    type Output = f32;
+    /// Of cells of 2x2, 4x4 and 8x8.
+    type Output = [f32; 3];
 
     #[inline(always)]
-    fn run<S: Simd>(self, s: S) -> f32 {
+    fn run<S: Simd>(self, s: S) -> [f32; 3] {
         let Bound(lighting, block) = self;
         let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)];
         let vector =
@@ -43,9 +44,14 @@ impl Kernel for Bound<'_> {
             normals: corners.map(|at| vector(&block.normal, at)),
             to_viewer: None,
         };
-        let mut out = [0.0; 16];
-        s.store(error_of_cells(s, lighting, &block), &mut out[..S::LANES]);
-        out[0]
+        let errors = errors_of_cells(s, lighting, &block);
+        let mut bounds = [0.0; 3];
+        for (side, bound) in [2, 4, 8].into_iter().zip(&mut bounds) {
+            let mut out = [0.0; 16];
+            s.store(errors.of_cell(s, side), &mut out[..S::LANES]);
+            *bound = out[0];
+        }
+        bounds
     }
 }
 
@@ -101,8 +107,8 @@ fn light_at(lighting: &MaterialLighting, block: &Block, x: f64, y: f64) -> f64 {
 }
 
 /// Returns the largest difference between light and its interpolation over the cells of a block.
-fn true_error(lighting: &MaterialLighting, block: &Block) -> f64 {
-    let [w, h] = CELL_PARTS.map(f64::from);
+fn true_error(lighting: &MaterialLighting, block: &Block, side: usize) -> f64 {
+    let [w, h] = BLOCK.map(|pixels| side as f64 / pixels as f64);
     let mut most: f64 = 0.0;
     for i in 0..=SAMPLES * SAMPLES {
         let (x, y) = ((i % SAMPLES) as f64 / (SAMPLES - 1) as f64, (i / SAMPLES) as f64 / SAMPLES as f64);
@@ -219,18 +225,20 @@ fn interpolated_light_is_within_the_bound() {
                 (light.cone, light.attenuation, light.reach2) = (Cone::None, None, f32::INFINITY);
             }
         }
-        let bound = f64::from(Level::in_four_lanes(Bound(&lighting, &block)));
-        if !bound.is_finite() {
+        let bounds = Level::in_four_lanes(Bound(&lighting, &block)).map(f64::from);
+        if !bounds[0].is_finite() {
             continue;
         }
         known += 1;
-        let error = true_error(&lighting, &block);
-        assert!(
-            error <= bound * 1.001 + 1e-6,
-            "round {round}: {error} is more than {bound}: {block:?} {lighting:?}"
-        );
-        unseen += i32::from(bound <= 0.25 / 255.0);
-        tight += i32::from(error * 12.0 > bound);
+        let errors = [2, 4, 8].map(|side| true_error(&lighting, &block, side));
+        for (error, bound) in errors.into_iter().zip(bounds) {
+            assert!(
+                error <= bound * 1.001 + 1e-6,
+                "round {round}: {error} is more than {bound}: {block:?} {lighting:?}"
+            );
+        }
+        unseen += i32::from(bounds[1] <= 0.25 / 255.0);
+        tight += i32::from(errors[1] * 12.0 > bounds[1]);
     }
     // A bound that nothing reaches would be of no use, nor one that nothing comes near.
     assert!(known > 3000 && unseen > 800 && tight > 300, "{known} bounds, {unseen} unseen, {tight} tight");

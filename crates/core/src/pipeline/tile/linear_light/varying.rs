@@ -16,8 +16,28 @@ pub(super) const SHORT: f32 = 1e-7;
 /// Bound that nothing is within.
 pub(super) const UNKNOWN: f32 = f32::INFINITY;
 
-/// Parts of a block's width and height that a cell has.
-pub(in crate::pipeline::tile) const CELL_PARTS: [f32; 2] = [1.0 / 8.0, 1.0 / 2.0];
+/// Columns and rows of a block.
+pub(in crate::pipeline::tile) const BLOCK: [usize; 2] = [32, 8];
+
+/// Parts of a block's width and height that a pixel has.
+const PIXEL_PARTS: [f32; 2] = [1.0 / BLOCK[0] as f32, 1.0 / BLOCK[1] as f32];
+
+/// Bounds on errors over cells of one pixel: a part that grows with the square of the cell's side, and
+/// one that grows with the side.
+#[derive(Clone, Copy)]
+pub(in crate::pipeline::tile) struct CellErrors<S: Simd> {
+    pub by_square: S::F,
+    pub by_side: S::F,
+}
+
+impl<S: Simd> CellErrors<S> {
+    /// Returns the bound for cells of this many columns and rows, of which a block has whole ones.
+    #[inline(always)]
+    pub fn of_cell(&self, s: S, side: usize) -> S::F {
+        let side = s.splat(side as f32);
+        (self.by_square * side + self.by_side) * side
+    }
+}
 
 /// Unit vectors at the corners, and bounds on their first and second derivative over the block, along
 /// its two sides.
@@ -132,18 +152,20 @@ pub(super) fn product<S: Simd>(s: S, a: &Varying<S>, b: &Varying<S>) -> Varying<
     out
 }
 
-/// Returns the error of the interpolation of a number over a cell.
+/// Returns the error of the interpolation of a number over a cell of one pixel; it grows with the square
+/// of the cell's side.
 #[inline(always)]
 pub(super) fn curvature<S: Simd>(s: S, of: &Varying<S>) -> S::F {
-    let [w, h] = CELL_PARTS;
+    let [w, h] = PIXEL_PARTS;
     of.second[0] * s.splat(w * w / 8.0) + of.second[1] * s.splat(h * h / 8.0)
 }
 
-/// Returns the error that the kink of max(x, 0) at 0 adds.
+/// Returns the error that the kink of max(x, 0) at 0 adds in a cell of one pixel; it grows with the
+/// cell's side.
 #[inline(always)]
 pub(super) fn kink<S: Simd>(s: S, x: &Varying<S>) -> S::F {
     let zero = s.splat(0.0);
-    let [w, h] = CELL_PARTS;
+    let [w, h] = PIXEL_PARTS;
     let quarter = x.first[0] * s.splat(w / 4.0) + x.first[1] * s.splat(h / 4.0);
     s.select(x.low.lt(zero) & zero.lt(x.high), quarter, zero)
 }
