@@ -5,9 +5,10 @@
 //! size of the cells, for each whether its pixels are interpolated, and the light at its corners. A
 //! cell is interpolated if its corners lie inside the face and the bound of [`super::linear_light`]
 //! for its block of 32x8 pixels is within the error. A face's cells have one size in a tile: that for
-//! which corners and pixels take the least together, by a rough price. All this depends on the face, the tile and the draw's clip rectangle alone: a pixel's colour depends
-//! neither on what hides its neighbours nor on the vector width. One knows by pictures that stay within
-//! 1/255 of the reference, and by the bound's own tests.
+//! which corners and pixels take the least together, by a rough price. All this depends on the face,
+//! the tile and the draw's clip rectangle alone: a pixel's colour depends neither on what hides its
+//! neighbours nor on the vector width. One knows by pictures that stay within 1/255 of the reference,
+//! and by the bound's own tests.
 //!
 //! Corners are the centres of the cells' first pixels, so a cell's last corners are those of the next
 //! cells. Blocks are looked at for the whole tile when the first pixel of the face is shaded, before
@@ -74,8 +75,8 @@ pub(super) struct LightGrid {
     face: i32,
     /// True if the bounds of the blocks were looked at.
     is_decided: bool,
-    /// Columns and rows of a cell.
-    cell: usize,
+    /// Columns and rows of a cell, as a power of two: no vector of pixels waits for a division.
+    shift: u32,
     /// For each row of cells the bits of those that are interpolated; of a row whose corners were not
     /// lit yet, if these allow it.
     linear: [u128; CELL_ROWS],
@@ -159,7 +160,7 @@ impl LightGrid {
         LightGrid {
             face: -1,
             is_decided: false,
-            cell: LEAST_CELL,
+            shift: LEAST_CELL.trailing_zeros(),
             linear: [0; CELL_ROWS],
             cell_columns: 0,
             corners: [[0.0; COLUMNS]; 3],
@@ -188,7 +189,13 @@ impl LightGrid {
     /// Returns the columns and rows of a cell.
     #[inline(always)]
     pub fn cell(&self) -> usize {
-        self.cell
+        1 << self.shift
+    }
+
+    /// Returns the row of cells of a row of pixels.
+    #[inline(always)]
+    pub fn row_of(&self, line: usize) -> usize {
+        line >> self.shift
     }
 
     /// Returns the cells side by side.
@@ -205,21 +212,21 @@ impl LightGrid {
     /// Returns bits of those pixels from `column` on that lie in interpolated cells of a row.
     #[inline(always)]
     pub fn linear_pixels<S: Simd>(&self, row: usize, column: usize) -> u32 {
-        let cells = (self.linear[row] >> (column / self.cell)) as u32;
-        let pixels = match self.cell {
+        let cells = (self.linear[row] >> (column >> self.shift)) as u32;
+        let pixels = match self.cell() {
             2 => pixels_of::<2, S>(cells),
             4 => pixels_of::<4, S>(cells),
             _ => pixels_of::<8, S>(cells),
         };
-        (pixels >> (column % self.cell)) as u32
+        (pixels >> (column & (self.cell() - 1))) as u32
     }
 
     /// Returns the light of LANES pixels from a column on of a row of the tile whose corners are lit.
     #[inline(always)]
     pub fn light<S: Simd>(&self, s: S, [column, line]: [usize; 2]) -> V3<S> {
-        let row = line / self.cell;
+        let row = self.row_of(line);
         let (upper, lower) = (&self.rows[row % ROWS].light, &self.rows[(row + 1) % ROWS].light);
-        let part = s.splat((line % self.cell) as f32 / self.cell as f32);
+        let part = s.splat((line & (self.cell() - 1)) as f32 / self.cell() as f32);
         let mut light = [part; 3];
         let mut channel = 0;
         while channel < 3 {
@@ -247,7 +254,7 @@ impl LightGrid {
     #[inline(always)]
     pub fn finish_corners(&mut self, row: usize) {
         let (light, corners) = (&mut self.rows[row % ROWS].light, &self.corners);
-        match self.cell {
+        match 1 << self.shift {
             2 => along::<2>(light, corners, self.cell_columns),
             4 => along::<4>(light, corners, self.cell_columns),
             _ => along::<8>(light, corners, self.cell_columns),
@@ -267,7 +274,8 @@ impl LightGrid {
         let within = Level::in_four_lanes(ErrorKernel { inputs, lighting, most });
         let price = |&(cell, within): &(usize, u32)| price(inputs, lighting, cell, within);
         let (cell, within) = within.into_iter().min_by_key(price).unwrap_or((LEAST_CELL, 0));
-        (self.cell, self.cell_columns, self.linear) = (cell, inputs.width / cell, [0; CELL_ROWS]);
+        self.shift = cell.trailing_zeros();
+        (self.cell_columns, self.linear) = (inputs.width / cell, [0; CELL_ROWS]);
         // The frame's last columns may be less than a cell.
         let whole = (1 << self.cell_columns) - 1;
         let [columns, rows] = BLOCK.map(|pixels| pixels / cell);

@@ -422,7 +422,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             cached.has_grid = grid.has_linear_cells();
         }
         let [column, line] = [(x - self.tile.x0) as usize, (y - self.tile.y0) as usize];
-        let row = line / grid.cell();
+        let row = grid.row_of(line);
         if grid.linear_pixels::<S>(row, column) == 0 {
             return (s.mask(0), s.splat_i(0));
         }
