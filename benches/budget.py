@@ -153,6 +153,13 @@ def error_of(exact, found, pixels, limit):
     return error, sum(counts[limit + 1 :]) / pixels
 
 
+def pixels_drawn(server, exact, one):
+    """Returns the number of pixels drawn on; `exact` is the picture of a frame's commands over black."""
+    other = server.picture(one.replace("CLEAR 000000", "CLEAR ff00ff"))
+    black, magenta = words(b"\0\0\0\xff")[0], words(b"\xff\0\xff\xff")[0]
+    return sum(a != black or b != magenta for a, b in zip(words(exact), words(other)))
+
+
 def chosen(program, setup, one):
     """Returns how the lit draws of a frame are lit, and from which E on, by the plans of its second drawing."""
     command = [program, "play", "-", "--headless", "--explain", "--size", f"{WIDTH}x{HEIGHT}", "--load-dir", FOLDER]
@@ -175,9 +182,7 @@ def measured(server, setup, one, rounds):
     if refused:
         return None
     exact = server.picture("QUALITY exact\n" + one)
-    other = server.picture(one.replace("CLEAR 000000", "CLEAR ff00ff"))
-    black, magenta = words(b"\0\0\0\xff")[0], words(b"\xff\0\xff\xff")[0]
-    pixels = sum(a != black or b != magenta for a, b in zip(words(exact), words(other)))
+    pixels = pixels_drawn(server, exact, one)
     if pixels < LEAST_PIXELS:
         return None
     server.run(one * 10)

@@ -2,7 +2,7 @@
 """Compares two builds on the scenes of budget.py: exact frames, and frames within an E, over exact ones of the base.
 
     python3 benches/revisions.py OLD_FBPTR NEW_FBPTR
-    python3 benches/revisions.py OLD_FBPTR NEW_FBPTR tests/data/meshes/suzanne.obj --rounds 31 --simd avx2
+    python3 benches/revisions.py OLD_FBPTR NEW_FBPTR tests/data/formats/stl/*.stl --rounds 31 --simd avx2
 
 In: two programs, the base first, and files as for budget.py. Out: a Markdown table, a row for each scene: pixels of the
 new exact picture that are more than one step from the base's, milliseconds of the base's exact frame, and the median of
@@ -35,8 +35,7 @@ def compared(servers, setup, one, limit, rounds):
     if any(server.run(setup)[1] for server in servers):
         return None
     pictures = [server.picture("QUALITY exact\n" + one) for server in servers]
-    background = pictures[1][:4]
-    drawn = sum(pixel != budget.words(background)[0] for pixel in budget.words(pictures[1]))
+    drawn = budget.pixels_drawn(new, pictures[1], one)
     if drawn < budget.LEAST_PIXELS:
         return None
     within = f"QUALITY max-error {limit}\n"

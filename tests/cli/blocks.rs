@@ -17,7 +17,7 @@ use std::process::Command;
 const EXCUSES: &[(&str, &str)] = &[
     ("cargo ", "CI calls it, or it takes minutes"),
     (".ci/run", "calls this test"),
-    (".ci/nightly", "takes an hour, and builds what these tests are built of"),
+    (".ci/nightly", "fuzzes for minutes, and calls other tests"),
     ("BLESS=1", "changes what tests compare with"),
     ("pip install", "needs a registry; .ci/python does it"),
     ("sudo ", "changes the machine"),

@@ -77,6 +77,8 @@ pub(super) struct LightGrid {
     is_decided: bool,
     /// Columns and rows of a cell, as a power of two: no vector of pixels waits for a division.
     shift: u32,
+    /// The part of a cell's side that a pixel is: its reciprocal.
+    pixel_part: f32,
     /// For each row of cells the bits of those that are interpolated; of a row whose corners were not
     /// lit yet, if these allow it.
     linear: [u128; CELL_ROWS],
@@ -161,6 +163,7 @@ impl LightGrid {
             face: -1,
             is_decided: false,
             shift: LEAST_CELL.trailing_zeros(),
+            pixel_part: 1.0 / LEAST_CELL as f32,
             linear: [0; CELL_ROWS],
             cell_columns: 0,
             corners: [[0.0; COLUMNS]; 3],
@@ -226,7 +229,7 @@ impl LightGrid {
     pub fn light<S: Simd>(&self, s: S, [column, line]: [usize; 2]) -> V3<S> {
         let row = self.row_of(line);
         let (upper, lower) = (&self.rows[row % ROWS].light, &self.rows[(row + 1) % ROWS].light);
-        let part = s.splat((line & (self.cell() - 1)) as f32 / self.cell() as f32);
+        let part = s.splat((line & (self.cell() - 1)) as f32 * self.pixel_part);
         let mut light = [part; 3];
         let mut channel = 0;
         while channel < 3 {
@@ -274,7 +277,7 @@ impl LightGrid {
         let within = Level::in_four_lanes(ErrorKernel { inputs, lighting, most });
         let price = |&(cell, within): &(usize, u32)| price(inputs, lighting, cell, within);
         let (cell, within) = within.into_iter().min_by_key(price).unwrap_or((LEAST_CELL, 0));
-        self.shift = cell.trailing_zeros();
+        (self.shift, self.pixel_part) = (cell.trailing_zeros(), 1.0 / cell as f32);
         (self.cell_columns, self.linear) = (inputs.width / cell, [0; CELL_ROWS]);
         // The frame's last columns may be less than a cell.
         let whole = (1 << self.cell_columns) - 1;

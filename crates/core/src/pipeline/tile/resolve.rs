@@ -423,13 +423,15 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         }
         let [column, line] = [(x - self.tile.x0) as usize, (y - self.tile.y0) as usize];
         let row = grid.row_of(line);
-        if grid.linear_pixels::<S>(row, column) == 0 {
+        let mut linear = grid.linear_pixels::<S>(row, column);
+        if linear == 0 {
             return (s.mask(0), s.splat_i(0));
         }
         if !(grid.has_corners(row) && grid.has_corners(row + 1)) {
             s.call(s, LightCells { faces: &self.faces, exact_face, tile: self.tile.rect(), grid, row });
+            linear = grid.linear_pixels::<S>(row, column);
         }
-        (s.mask(grid.linear_pixels::<S>(row, column)), pack(s, grid.light(s, [column, line])))
+        (s.mask(linear), pack(s, grid.light(s, [column, line])))
     }
 }
 
