@@ -7,10 +7,14 @@
 
 use crate::math::coverage::{PixelRect, SnappedTriangle};
 use crate::pipeline::plane_equation::PlaneEquation;
-use crate::simd::{F32, I32, Mask, Simd};
+use crate::simd::{F32, I32, Mask, Part, Simd};
 
 /// Columns that share a base value in f64.
 pub(super) const RUN: i32 = 16;
+
+/// Sum of the barycentrics, 1/w, up to which f32 does not decide: there the face's plane reaches the
+/// horizon, or is seen edge-on.
+pub(super) const LEAST_SUM: f32 = 1e-30;
 
 /// Depth slope per column above which depth is evaluated in f64 at every pixel.
 pub(super) const STEEP: f64 = 1.0 / 64.0;
@@ -95,6 +99,14 @@ pub fn weights<S: Simd>(s: S, exact_face: &ExactFace, at: [i32; 2], step: i32) -
     ]
 }
 
+/// Returns [`weights`] of a gentle face, x a multiple of LANES.
+#[inline(always)]
+pub(super) fn gentle_weights<S: Simd>(s: S, exact_face: &ExactFace, at: [i32; 2]) -> [S::F; 3] {
+    let plane = &exact_face.plane;
+    let [f0, f1, f2] = plane.barycentrics;
+    [along_run(s, plane, f0, at), along_run(s, plane, f1, at), along_run(s, plane, f2, at)]
+}
+
 /// Returns [`weights`] at one pixel.
 pub(super) fn weights_at(exact_face: &ExactFace, at: [i32; 2]) -> [f32; 3] {
     let plane = &exact_face.plane;
@@ -120,17 +132,47 @@ fn linear<S: Simd>(
     [x, y]: [i32; 2],
     step: i32,
 ) -> S::F {
-    let slope = function[1] as f32;
-    if has_runs && step == 1 && x & (S::LANES as i32 - 1) == 0 {
-        let base = x & !(RUN - 1);
-        let along = (s.iota() + s.splat_i(x - base)).to_f32();
-        return s.splat(plane.at(function, base, y) as f32) + s.splat(slope) * along;
+    let each = EachPixel { plane, function, has_runs, at: [x, y], step };
+    if step != 1 {
+        return each.run(s);
     }
-    let mut lanes = [0f32; 16];
-    for (i, lane) in lanes[..S::LANES].iter_mut().enumerate() {
-        *lane = linear_at(plane, function, has_runs, [x + i as i32 * step, y]);
+    if has_runs && x & (S::LANES as i32 - 1) == 0 {
+        return along_run(s, plane, function, [x, y]);
     }
-    s.load(&lanes[..S::LANES])
+    // Called: in line, its conversions would be made ahead of the loops over pixels that need none.
+    s.call(s, each)
+}
+
+/// Evaluates a linear function at LANES pixels of a run, from (x, y) on.
+#[inline(always)]
+fn along_run<S: Simd>(s: S, plane: &PlaneEquation, function: [f64; 3], [x, y]: [i32; 2]) -> S::F {
+    let base = x & !(RUN - 1);
+    let along = (s.iota() + s.splat_i(x - base)).to_f32();
+    s.splat(plane.at(function, base, y) as f32) + s.splat(function[1] as f32) * along
+}
+
+/// A linear function, evaluated pixel by pixel.
+struct EachPixel<'a> {
+    plane: &'a PlaneEquation,
+    function: [f64; 3],
+    has_runs: bool,
+    at: [i32; 2],
+    step: i32,
+}
+
+impl<S: Simd> Part<S> for EachPixel<'_> {
+    type Output = S::F;
+
+    #[inline(always)]
+    fn run(self, s: S) -> S::F {
+        let [x, y] = self.at;
+        let mut lanes = [0f32; 16];
+        for (i, lane) in lanes[..S::LANES].iter_mut().enumerate() {
+            let at = [x + i as i32 * self.step, y];
+            *lane = linear_at(self.plane, self.function, self.has_runs, at);
+        }
+        s.load(&lanes[..S::LANES])
+    }
 }
 
 /// Returns [`linear`] at one pixel.

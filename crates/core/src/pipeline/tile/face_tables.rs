@@ -8,7 +8,7 @@ use super::attribute_fetch::{Corners, Few, MOST_FEW, blend, gather3, most_few};
 use super::exact_faces::{self, ExactFace};
 use super::interpolate::{Barycentrics, FragmentInputs, add};
 use super::light_grid::{self, BlockInputs, LightGrid, LightInputs};
-use super::lighting::{MaterialLighting, light, pack, splat3};
+use super::lighting::{MaterialLighting, light_by_normal, pack, splat3};
 use super::shading_state::{ColorSource, Eye, MaterialBinding, Shading};
 use super::tile_buffers::{EXACT_FACE_BIT, NO_FACE};
 use super::vertex::ScreenVertex;
@@ -33,7 +33,7 @@ pub struct Faces<'a> {
     pub exact_face: &'a ExactFaceLookup<'a>,
 }
 
-impl Faces<'_> {
+impl<'a> Faces<'a> {
     /// Prefetches the vertices that the next block will gather.
     #[inline(always)]
     pub fn prefetch<S: Simd>(&self, s: S, ids: S::I) {
@@ -194,20 +194,19 @@ impl Faces<'_> {
         };
         let sum = (p[0] + p[1]) + p[2];
         let mut barycentrics = Barycentrics::new(p, s.splat(1.0) / sum);
-        if shading.bindings.iter().any(|m| m.texture.is_some()) {
+        let (binding, shader) = (self.binding_of(exact_face), &shading.shader);
+        if binding.texture.is_some() {
             let [g0, g1, g2] = &exact_face.plane.barycentrics;
             barycentrics.right =
                 [b0 + s.splat(g0[1] as f32), b1 + s.splat(g1[1] as f32), b2 + s.splat(g2[1] as f32)];
             barycentrics.below =
                 [b0 + s.splat(g0[2] as f32), b1 + s.splat(g1[2] as f32), b2 + s.splat(g2[2] as f32)];
         }
-        // Where the face's plane reaches the horizon, or is seen edge-on, f32 does not decide.
-        let off = mask & !s.splat(1e-30).lt(sum);
+        let off = mask & !s.splat(exact_faces::LEAST_SUM).lt(sum);
         if shading.is_affine {
             barycentrics.w = s.splat(1.0);
         }
         let inputs = self.inputs_of(s, exact_face, barycentrics, [x, y], 1);
-        let (binding, shader) = (self.binding_of(exact_face), &shading.shader);
         let (mut lit, mut needs_f64) = shader.lit(s, mask, &binding.lighting, &inputs);
         if let Some(texture) = &binding.texture {
             needs_f64 = needs_f64 | shader.texture(s, mask, texture, &inputs, &mut lit);
@@ -239,7 +238,7 @@ impl Faces<'_> {
         let lighting = &self.binding_of(exact_face).lighting;
         let ([diffuse, specular], needs_f64) =
             self.shading.shader.lit_along(s, all, lighting, &inputs, normal);
-        let is_known = exact_faces::inside(s, exact_face, p) & s.splat(1e-30).lt(sum);
+        let is_known = exact_faces::inside(s, exact_face, p) & s.splat(exact_faces::LEAST_SUM).lt(sum);
         grid.keep(s, at, add::<S>(diffuse, specular), is_known & !needs_f64);
     }
 
@@ -264,14 +263,14 @@ impl Faces<'_> {
 
     /// Returns the vertices of a face.
     #[inline(always)]
-    fn vertices(&self, face: usize) -> [usize; 3] {
+    pub(super) fn vertices(&self, face: usize) -> [usize; 3] {
         let [c0, c1, c2, _] = self.corners[face];
         [c0, c1, c2].map(|corner| corner.to_bits() as usize)
     }
 
     /// Returns the material of a face that was set up in f64.
     #[inline(always)]
-    fn binding_of(&self, exact_face: &ExactFace) -> &MaterialBinding<'_> {
+    pub(super) fn binding_of(&self, exact_face: &ExactFace) -> &'a MaterialBinding<'a> {
         let [_, _, _, material] = self.corners[exact_face.face as usize];
         let back = if exact_face.is_back { self.shading.back } else { 0 };
         &self.shading.bindings[(material.to_bits() as i32 + back) as usize]
@@ -353,9 +352,8 @@ impl Faces<'_> {
         }
         let length = length2.sqrt();
         let normal = normal.map(|v| if is_normal_flipped { -(v / length) } else { v / length });
-        let nowhere = [s.splat(0.0); 3];
-        let lit = light(s, lighting, nowhere, splat3(s, normal), nowhere);
-        Some(pack(s, add::<S>(lit.diffuse, lit.specular)))
+        let diffuse = light_by_normal(s, lighting, splat3(s, normal));
+        Some(pack(s, add::<S>(diffuse, splat3(s, lighting.specular))))
     }
 
     /// Returns the values of a table at a face's corners, if they are equal.

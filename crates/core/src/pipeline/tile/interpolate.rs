@@ -2,7 +2,7 @@
 //! pixels at a time, for all kinds of faces.
 
 use super::attribute_fetch::{Corners, blend, gather3};
-use super::lighting::{MaterialLighting, V3, dot, light, pack, scale, splat3};
+use super::lighting::{MaterialLighting, V3, dot, light, light_by_normal, pack, scale, splat3};
 use super::sampler::{SampleCoord, TextureSampler, UvDerivatives};
 use super::shading_state::{ColorSource, Eye, FragmentShader};
 use crate::simd::{F32, I32, Simd};
@@ -134,17 +134,12 @@ impl FragmentShader<'_> {
         inputs: &FragmentInputs<'_, S>,
         normal: V3<S>,
     ) -> ([V3<S>; 2], S::M) {
-        let length2 = dot::<S>(normal, normal);
-        // Normals that cancel fall back to the face's, in f64.
-        let needs_f64 = mask & !s.splat(1e-4).le(length2);
-        let n_inverse = s.splat(1.0) / length2.sqrt();
-        let n_inverse = s.select(inputs.turn, s.splat(0.0) - n_inverse, n_inverse);
-        let normal = scale::<S>(normal, n_inverse);
-        let nowhere = [s.splat(0.0); 3];
-        let (position, to_viewer) = match lighting.needs_place {
-            true => self.position_and_viewer(s, mask, inputs, inputs.barycentrics.weights()),
-            false => (nowhere, nowhere),
-        };
+        let (normal, cancels) = unit_normal(s, normal, inputs.turn);
+        let needs_f64 = mask & cancels;
+        if !lighting.needs_place {
+            return ([light_by_normal(s, lighting, normal), splat3(s, lighting.specular)], needs_f64);
+        }
+        let (position, to_viewer) = self.position_and_viewer(s, mask, inputs, inputs.barycentrics.weights());
         let lit = light(s, lighting, position, normal, to_viewer);
         ([lit.diffuse, lit.specular], needs_f64 | (lit.needs_f64 & mask))
     }
@@ -261,6 +256,16 @@ impl<S: Simd> ReflectedLight<S> {
     pub fn sum(&self) -> V3<S> {
         add::<S>(self.diffuse, self.specular)
     }
+}
+
+/// Returns unit normals, those of `turn` flipped, and the lanes whose normals cancel: they fall back to
+/// the face's, in f64.
+#[inline(always)]
+pub(super) fn unit_normal<S: Simd>(s: S, normal: V3<S>, turn: S::M) -> (V3<S>, S::M) {
+    let length2 = dot::<S>(normal, normal);
+    let inverse = s.splat(1.0) / length2.sqrt();
+    let inverse = s.select(turn, s.splat(0.0) - inverse, inverse);
+    (scale::<S>(normal, inverse), !s.splat(1e-4).le(length2))
 }
 
 /// Returns the eye's ray through pixels, scaled so that a point is at ray * w.

@@ -337,6 +337,25 @@ pub fn light<S: Simd>(
     LitPoints { diffuse, specular, needs_f64 }
 }
 
+/// Returns the diffuse part of [`light`] where light depends on nothing but the normal, the same bits:
+/// matte materials under directional lights. The other part is the material's constant one.
+#[inline(always)]
+pub fn light_by_normal<S: Simd>(s: S, lighting: &MaterialLighting, normal: V3<S>) -> V3<S> {
+    let zero = s.splat(0.0);
+    let mut diffuse = splat3(s, lighting.diffuse);
+    for light in &lighting.lights {
+        let LightPosition::Toward(direction) = light.position else { continue };
+        let n_dot_l = dot::<S>(normal, splat3(s, direction));
+        if light.ambient != [0.0; 3] {
+            diffuse = add_scaled(s, diffuse, light.ambient, s.splat(1.0));
+        } else if !zero.lt(n_dot_l).any() {
+            continue;
+        }
+        diffuse = add_scaled(s, diffuse, light.diffuse, n_dot_l.max(zero));
+    }
+    diffuse
+}
+
 /// Returns R.V or, in Blinn's model, N.H, in 0..1, and the lanes where f32 has too few digits of it.
 #[inline(always)]
 fn mirror_cosine<S: Simd>(
@@ -514,76 +533,4 @@ fn add_scaled<S: Simd>(s: S, sum: V3<S>, color: [f32; 3], k: S::F) -> V3<S> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::simd::{Kernel, Level, Portable};
-
-    struct Angles(Vec<f32>);
-
-    impl Kernel for Angles {
-        type Output = Vec<f32>;
-        #[inline(always)]
-        fn run<S: Simd>(self, s: S) -> Vec<f32> {
-            let mut out = vec![0.0; self.0.len()];
-            for (from, to) in self.0.chunks_exact(S::LANES).zip(out.chunks_exact_mut(S::LANES)) {
-                s.store(acos(s, s.load(from)), to);
-            }
-            out
-        }
-    }
-
-    #[test]
-    fn angles_are_those_of_their_cosines() {
-        let cos: Vec<f32> = (0..4096).map(|i| i as f32 / 2047.5 - 1.0).collect();
-        let truth = Angles(cos.clone()).run(Portable::<16>);
-        for (c, a) in cos.iter().zip(&truth) {
-            assert!((libm::acos(*c as f64) - *a as f64).abs() < 4e-7, "acos {c} is not {a}");
-        }
-        for level in Level::ALL {
-            assert_eq!(level.dispatch(Angles(cos.clone())), truth, "{level:?}");
-        }
-    }
-
-    struct Powers(Vec<f32>, Exponent);
-
-    impl Kernel for Powers {
-        type Output = Vec<f32>;
-        #[inline(always)]
-        fn run<S: Simd>(self, s: S) -> Vec<f32> {
-            let mut out = vec![0.0; self.0.len()];
-            for (from, to) in self.0.chunks_exact(S::LANES).zip(out.chunks_exact_mut(S::LANES)) {
-                s.store(power(s, s.load(from), self.1), to);
-            }
-            out
-        }
-    }
-
-    #[test]
-    fn powers_are_within_a_hundredth_of_a_byte_and_alike_at_every_level() {
-        let xs: Vec<f32> =
-            (0..4096).map(|i| i as f32 / 4095.0).chain((0..4096).map(|i| 1.0 - i as f32 * 1e-6)).collect();
-        for n in [0.0, 0.5, 1.0, 2.0, 25.6, 32.0, 100.3, 999.5, 1000.0] {
-            let exponent = Exponent::new(n).expect("in range");
-            let truth = Powers(xs.clone(), exponent).run(Portable::<16>);
-            for (x, p) in xs.iter().zip(&truth) {
-                let exact = if n == 0.0 { 1.0 } else { libm::pow(*x as f64, n) };
-                assert!((*p as f64 - exact).abs() < 1e-4, "{x}^{n} = {exact}, not {p}");
-            }
-            for level in Level::ALL {
-                let fast = level.dispatch(Powers(xs.clone(), exponent));
-                assert!(
-                    fast.iter().zip(&truth).all(|(a, b)| a.to_bits() == b.to_bits()),
-                    "{level:?} n = {n}"
-                );
-            }
-        }
-        for n in [1000.5, f64::NAN, -1.0, 0.399, 1e-3, f64::MIN_POSITIVE] {
-            assert_eq!(Exponent::new(n), None, "{n}");
-        }
-        for n in [0.0, 0.4, 1.0, 1000.0] {
-            let exponent = Exponent::new(n).expect("in range");
-            let least = Powers(vec![1e-7; 16], exponent).run(Portable::<16>)[0];
-            assert!(n == 0.0 || least < 1.0 / 510.0, "1e-7^{n} is {least}");
-        }
-    }
-}
+mod tests;

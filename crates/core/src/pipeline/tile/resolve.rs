@@ -9,10 +9,11 @@
 //! very near) the plain path shades the pixel in f64.
 
 use super::attribute_fetch::Few;
+use super::cached_face::CachedFace;
 use super::exact_faces::ExactFace;
 use super::face_tables::Faces;
 use super::interpolate::FragmentInputs;
-use super::light_grid::{LightGrid, LightGrids};
+use super::light_grid::LightGrid;
 use super::lighting::pack;
 use super::texture_queue::{QUEUE_CAPACITY, TextureQueue};
 use super::tile_buffers::{EXACT_FACE_BIT, ID_STRIDE, NO_FACE, Tile};
@@ -36,37 +37,6 @@ pub struct ResolveKernel<'a, 'b, 'c> {
     pub name: u32,
 }
 
-/// Last face that was set up in f64, looked up once for all its neighbouring vectors.
-struct CachedFace<'a, S: Simd> {
-    face: i32,
-    exact_face: Option<&'a ExactFace>,
-    /// Packed colour; `None` if the face has more than one.
-    color: Option<S::I>,
-    /// True if faces of the draw may have grids of light, and if this one may.
-    may_have_grids: bool,
-    has_grid: bool,
-    /// Index of its grid in `grids`, once it is open.
-    grid: Option<usize>,
-    grids: LightGrids,
-}
-
-impl<'a, S: Simd> CachedFace<'a, S> {
-    /// Makes it the face of an id.
-    #[inline(always)]
-    fn look_up(&mut self, s: S, faces: &Faces<'a>, tile: &Tile<'_>, id: i32) {
-        let face = id & !EXACT_FACE_BIT;
-        if self.face != face {
-            self.face = face;
-            self.exact_face = (faces.exact_face)(face as u32);
-            self.color = faces.only_color(s, face as usize, self.exact_face);
-            self.has_grid = self.may_have_grids
-                && self.color.is_none()
-                && self.exact_face.is_some_and(|face| faces.may_have_grid(face, tile.rect()));
-            self.grid = None;
-        }
-    }
-}
-
 /// Columns and rows that are shaded together: four blocks of 4x4 pixels, so that each face needs
 /// few vectors.
 pub(super) const STRIP: [i32; 2] = [STRIP_CELL as i32, 4];
@@ -78,15 +48,7 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
 
     #[inline(always)]
     fn run<S: Simd>(mut self, s: S) {
-        let mut cached = CachedFace {
-            face: NO_FACE,
-            exact_face: None,
-            color: None,
-            may_have_grids: self.faces.may_have_grids(),
-            has_grid: false,
-            grid: None,
-            grids: LightGrids::none(),
-        };
+        let mut cached = CachedFace::new(&self.faces);
         // Only textured pixels are queued.
         let is_textured = self.faces.shading.bindings.iter().any(|binding| binding.texture.is_some());
         let mut queue = if is_textured { Some(TextureQueue::new(s)) } else { None };
@@ -109,7 +71,7 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
                     self.blocks(s, x, y, &mut few, &mut queue);
                 }
                 if has_exact {
-                    s.call(s, ExactRows { kernel: &mut self, at: (x, y), cached: &mut cached });
+                    s.call(s, ExactStrip { kernel: &mut self, at: (x, y), cached: &mut cached });
                 }
                 x += STRIP[0];
             }
@@ -153,22 +115,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
     #[inline(always)]
     fn is_full_of<S: Simd>(&mut self, s: S, cached: &CachedFace<'a, S>, x: i32, y: i32) -> bool {
         let Some(color) = cached.color else { return false };
-        let is_inside = x + STRIP[0] <= self.tile.x1 && y + STRIP[1] <= self.tile.y1;
-        if !is_inside || !self.pick.ids.is_empty() {
-            return false;
-        }
-        let (at, face) = (self.tile.id_at(x, y), s.splat_i(cached.face | EXACT_FACE_BIT));
-        let mut same = s.mask(u32::MAX);
-        let mut row = 0;
-        while row < STRIP[1] as usize {
-            let mut column = 0;
-            while column < STRIP[0] as usize {
-                same = same & s.load_i(&self.tile.ids[at + row * ID_STRIDE + column..]).eq(face);
-                column += S::LANES;
-            }
-            row += 1;
-        }
-        if (!same).any() {
+        if !self.pick.ids.is_empty() || !self.shows_only(s, cached.face | EXACT_FACE_BIT, x, y) {
             return false;
         }
         let mut row = 0;
@@ -183,6 +130,26 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             row += 1;
         }
         true
+    }
+
+    /// Returns whether a strip lies inside the tile and all its pixels show the face of an id.
+    #[inline(always)]
+    fn shows_only<S: Simd>(&self, s: S, id: i32, x: i32, y: i32) -> bool {
+        if x + STRIP[0] > self.tile.x1 || y + STRIP[1] > self.tile.y1 {
+            return false;
+        }
+        let (at, id) = (self.tile.id_at(x, y), s.splat_i(id));
+        let mut same = s.mask(u32::MAX);
+        let mut row = 0;
+        while row < STRIP[1] as usize {
+            let mut column = 0;
+            while column < STRIP[0] as usize {
+                same = same & s.load_i(&self.tile.ids[at + row * ID_STRIDE + column..]).eq(id);
+                column += S::LANES;
+            }
+            row += 1;
+        }
+        !(!same).any()
     }
 
     /// Shades a strip's pixels whose faces have screen vertices, a block of four columns at a time.
@@ -332,72 +299,106 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         self.bytes[at..at + 4].copy_from_slice(&color);
     }
 
-    /// Shades a strip's pixels whose faces were set up in f64, row by row, face by face: most
-    /// vectors show one face.
+    /// Shades a strip's pixels whose faces were set up in f64, face by face: most strips show one.
     #[inline(always)]
-    fn exact_rows<S: Simd>(&mut self, s: S, x: i32, y: i32, cached: &mut CachedFace<'a, S>) {
-        let lanes = S::LANES as i32;
-        let end = (x + STRIP[0]).min(self.tile.x1);
-        let mut row = y;
-        while row < (y + STRIP[1]).min(self.tile.y1) {
-            let mut column = x;
-            while column < end {
-                // A vector that would leave the tile starts further left.
-                let start = column.min(self.tile.x1 - lanes);
-                let ids = s.load_i(&self.tile.ids[self.tile.id_at(start, row)..]);
-                let fresh = s.mask(u32::MAX << (column - start));
-                let exact_face = ids.gt(s.splat_i(EXACT_FACE_BIT - 1)) & fresh;
-                if exact_face.any() {
-                    self.exact_row(s, (start, row), ids, exact_face, cached);
+    fn exact_strip<S: Simd>(&mut self, s: S, x: i32, y: i32, cached: &mut CachedFace<'a, S>) {
+        let size = [(x + STRIP[0]).min(self.tile.x1) - x, (y + STRIP[1]).min(self.tile.y1) - y];
+        let mut left = self.exact_pixels(s, [x, y], size);
+        while left != 0 {
+            let first = left.trailing_zeros() as i32;
+            let (mut row, column) = (first / STRIP[0], first % STRIP[0]);
+            let vector = column & !(S::LANES as i32 - 1);
+            let at = self.tile.id_at(self.vector_start::<S>(x + vector) + (column - vector), y + row);
+            let id = self.tile.ids[at];
+            cached.look_up(s, &self.faces, self.tile, id);
+            while row < size[1] {
+                let mut column = 0;
+                while column < size[0] {
+                    let (shift, start) = (row * STRIP[0] + column, self.vector_start::<S>(x + column));
+                    let ids = s.load_i(&self.tile.ids[self.tile.id_at(start, y + row)..]);
+                    let same = ids.eq(s.splat_i(id)) & s.mask((left >> shift) as u32);
+                    left &= !(lanes_of::<S>(same) << shift);
+                    if same.any() {
+                        self.exact_vector(s, same, id, (start, y + row), cached);
+                    }
+                    column += S::LANES as i32;
                 }
-                column = start + lanes;
+                row += 1;
             }
-            row += 1;
         }
     }
 
-    /// Shades the lanes `left` of a vector of pixels, face by face.
+    /// Returns a bit for each pixel of a strip, of this size inside the tile, whose face was set up in
+    /// f64: row by row, and in a row in its vectors.
     #[inline(always)]
-    fn exact_row<S: Simd>(
+    fn exact_pixels<S: Simd>(&self, s: S, [x, y]: [i32; 2], size: [i32; 2]) -> u64 {
+        let (mut bits, mut row) = (0, 0);
+        while row < size[1] {
+            let mut column = 0;
+            while column < size[0] {
+                let start = self.vector_start::<S>(x + column);
+                let ids = s.load_i(&self.tile.ids[self.tile.id_at(start, y + row)..]);
+                let fresh = s.mask(u32::MAX << (x + column - start));
+                let exact_face = ids.gt(s.splat_i(EXACT_FACE_BIT - 1)) & fresh;
+                bits |= lanes_of::<S>(exact_face) << (row * STRIP[0] + column);
+                column += S::LANES as i32;
+            }
+            row += 1;
+        }
+        bits
+    }
+
+    /// Returns the first column of the vector for a column: one that would leave the tile starts further
+    /// left.
+    #[inline(always)]
+    fn vector_start<S: Simd>(&self, x: i32) -> i32 {
+        x.min(self.tile.x1 - S::LANES as i32)
+    }
+
+    /// Shades the lanes `left` of a vector of pixels, which show the cached face, of this id.
+    #[inline(always)]
+    fn exact_vector<S: Simd>(
         &mut self,
         s: S,
-        (x, y): (i32, i32),
-        ids: S::I,
         mut left: S::M,
+        id: i32,
+        (x, y): (i32, i32),
         cached: &mut CachedFace<'a, S>,
     ) {
         let at = self.tile.pixel_at(x, y) * 4;
-        let mut numbers = [0; 16];
-        s.store_i(ids, &mut numbers[..S::LANES]);
-        while left.any() {
-            let id = numbers[left.bits().trailing_zeros() as usize];
-            let same = left & ids.eq(s.splat_i(id));
-            left = left & !same;
-            cached.look_up(s, &self.faces, self.tile, id);
-            if let Some(color) = cached.color {
-                s.store_masked_bytes(same, color, &mut self.bytes[at..at + S::LANES * 4]);
-                continue;
-            }
-            let mut left = same;
-            if let (true, Some(exact_face)) = (cached.has_grid, cached.exact_face) {
+        if let Some(color) = cached.color {
+            return s.store_masked_bytes(left, color, &mut self.bytes[at..at + S::LANES * 4]);
+        }
+        let mut plain = left;
+        if let Some(exact_face) = cached.exact_face {
+            if cached.has_grid {
                 let (linear, color) = self.interpolated(s, exact_face, cached, (x, y));
-                s.store_masked_bytes(same & linear, color, &mut self.bytes[at..at + S::LANES * 4]);
-                left = same & !linear;
+                s.store_masked_bytes(left & linear, color, &mut self.bytes[at..at + S::LANES * 4]);
+                left = left & !linear;
+                if !left.any() {
+                    return;
+                }
             }
-            let mut plain = left;
-            if let (true, Some(exact_face)) = (left.any(), cached.exact_face) {
-                let (color, needs_f64) = self.faces.exact_face(s, left, exact_face, [x, y]);
-                s.store_masked_bytes(left & !needs_f64, color, &mut self.bytes[at..at + S::LANES * 4]);
-                plain = left & needs_f64;
-            }
-            let mut plain = plain.bits();
-            while plain != 0 {
-                let lane = plain.trailing_zeros() as i32;
-                plain &= plain - 1;
-                self.plain_pixel(id, x + lane, y);
-            }
+            let (color, needs_f64) = match &cached.matte {
+                Some(matte) if x & (S::LANES as i32 - 1) == 0 => matte.colors(s, [x, y]),
+                _ => self.faces.exact_face(s, left, exact_face, [x, y]),
+            };
+            s.store_masked_bytes(left & !needs_f64, color, &mut self.bytes[at..at + S::LANES * 4]);
+            plain = left & needs_f64;
+        }
+        let mut plain = plain.bits();
+        while plain != 0 {
+            let lane = plain.trailing_zeros() as i32;
+            plain &= plain - 1;
+            self.plain_pixel(id, x + lane, y);
         }
     }
+}
+
+/// Returns the lanes of a mask as the low bits of a number.
+#[inline(always)]
+fn lanes_of<S: Simd>(mask: S::M) -> u64 {
+    u64::from(mask.bits()) & ((1 << S::LANES) - 1)
 }
 
 impl<'a> ResolveKernel<'a, '_, '_> {
@@ -484,19 +485,19 @@ impl<S: Simd> Part<S> for DrainQueue<'_, '_, '_, '_, S> {
 
 /// Shading those pixels of a strip whose faces were set up in f64: all that shades once more. Called for
 /// a strip and not for a vector of it, which is 16 pixels and would pay for the call.
-struct ExactRows<'k, 'a, 'b, 'c, S: Simd> {
+struct ExactStrip<'k, 'a, 'b, 'c, S: Simd> {
     kernel: &'k mut ResolveKernel<'a, 'b, 'c>,
     at: (i32, i32),
     cached: &'k mut CachedFace<'a, S>,
 }
 
-impl<S: Simd> Part<S> for ExactRows<'_, '_, '_, '_, S> {
+impl<S: Simd> Part<S> for ExactStrip<'_, '_, '_, '_, S> {
     type Output = ();
 
     #[inline(always)]
     fn run(self, s: S) {
         let (x, y) = self.at;
-        self.kernel.exact_rows(s, x, y, self.cached);
+        self.kernel.exact_strip(s, x, y, self.cached);
     }
 }
 
