@@ -124,9 +124,13 @@ impl<'a> ObjectCosts<'a> {
         FACE * faces as f64
     }
 
-    /// Returns whether faces have so many pixels in the mean that their light may be interpolated.
-    pub fn has_large_faces(&self) -> bool {
-        self.is_lit && self.pixels >= LARGE_FACE * self.faces
+    /// Returns whether light may be interpolated: faces have so many pixels in the mean, and one of these
+    /// lights depends on the place, which it does on matte faces only if it has a place itself.
+    pub fn has_large_faces(&self, lights: impl Iterator<Item = u32>) -> bool {
+        let depends_on_place = |l: &Light| self.is_shiny || !matches!(l.kind, LightKind::Directional { .. });
+        self.is_lit
+            && self.pixels >= LARGE_FACE * self.faces
+            && lights.filter_map(|l| self.lights.get(l as usize)).any(depends_on_place)
     }
 
     /// Returns whether choosing among so many lights is cheap beside drawing the object exactly.

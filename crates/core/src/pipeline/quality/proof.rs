@@ -133,8 +133,7 @@ fn choose(
     let ndc_box = NdcBox::of(mesh_box.bounds, &from_object);
     let costs = ObjectCosts::of(call, covered_pixels(ndc_box, area));
     let exact = costs.drawing(call.shade, light_indices(call)).sum();
-    let has_large_faces = costs.has_large_faces()
-        && light_indices(call).next().is_some()
+    let has_large_faces = costs.has_large_faces(light_indices(call))
         && is_light_alone(call)
         && ShadedObject::of(call, mesh_box, None).is_some();
     let mut chosen =

@@ -71,6 +71,11 @@ fn what_is_not_seen_to_hold_for_any_camera_is_exact() {
     assert_eq!((near.settings[0].shade, near.settings[0].light_error, near.proven), (None, Some(6.0), 8.0));
     scene.lights = vec![Light::point(DVec3::new(0.0, 0.0, 1e4), DVec3::ONE)];
     assert!(!proven(&scene, 8.0).is_exact());
+    // Of a matte face under a directional light it is computed in less time.
+    scene.lights = vec![Light::directional(DVec3::new(0.3, 0.1, -1.0), DVec3::ONE)];
+    assert!(proven(&scene, 8.0).settings[0].light_error.is_none());
+    scene.objects[0].material.ks = DVec3::splat(0.2);
+    assert!(proven(&scene, 8.0).settings[0].light_error.is_some());
 }
 
 #[test]

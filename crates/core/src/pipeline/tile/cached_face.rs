@@ -71,8 +71,7 @@ impl<S: Simd> Part<S> for LookUp<'_, '_, S> {
         (cached.matte, cached.has_grid, cached.grid) = (None, false, None);
         if let (None, Some(exact_face)) = (cached.color, cached.exact_face) {
             cached.matte = MatteFace::new(faces, exact_face);
-            let is_cheap = cached.matte.is_some_and(|matte| matte.is_cheaper_than_a_grid());
-            cached.has_grid = cached.may_have_grids && !is_cheap && faces.may_have_grid(exact_face, tile);
+            cached.has_grid = cached.may_have_grids && faces.may_have_grid(exact_face, tile);
         }
     }
 }

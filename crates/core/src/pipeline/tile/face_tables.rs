@@ -284,12 +284,12 @@ impl<'a> Faces<'a> {
             && shader.fog.is_none()
             && shader.colors.is_empty()
             && !self.shading.is_affine
-            && self.shading.bindings.iter().any(is_light_alone)
+            && self.shading.bindings.iter().any(is_light_of_places)
     }
 
     /// Returns whether a face may have a grid of light in a tile that pays, where some face may.
     pub(super) fn may_have_grid(&self, exact_face: &ExactFace, tile: PixelRect) -> bool {
-        is_light_alone(self.binding_of(exact_face)) && light_grid::may_pay(exact_face.bounds, tile)
+        is_light_of_places(self.binding_of(exact_face)) && light_grid::may_pay(exact_face.bounds, tile)
     }
 
     /// Decides which cells of a face's grid in a tile are interpolated.
@@ -410,9 +410,10 @@ impl<'a> Faces<'a> {
     }
 }
 
-/// Returns whether a material has light, and no texture.
-fn is_light_alone(binding: &MaterialBinding<'_>) -> bool {
-    binding.texture.is_none() && !binding.lighting.lights.is_empty()
+/// Returns whether a material has no texture, and light that depends on the place: other light is
+/// computed in less time than it is interpolated.
+fn is_light_of_places(binding: &MaterialBinding<'_>) -> bool {
+    binding.texture.is_none() && binding.lighting.needs_place && !binding.lighting.lights.is_empty()
 }
 
 /// Returns the sum of the vectors of three vertices, weighted by `b`; 0 if there is no table.

@@ -83,10 +83,10 @@ impl Kernel for ByNormal<'_> {
             let normal = [s.load(&lanes[0]), s.load(&lanes[1]), s.load(&lanes[2])];
             let colors =
                 [light_by_normal(s, self.0, normal), light(s, self.0, nowhere, normal, nowhere).diffuse];
-            for k in 0..3 {
-                let mut bits = [[0.0; 16]; 2];
-                s.store(colors[0][k], &mut bits[0]);
-                s.store(colors[1][k], &mut bits[1]);
+            let mut bits = [[0.0; 16]; 2];
+            for (fast, all) in colors[0].into_iter().zip(colors[1]) {
+                s.store(fast, &mut bits[0]);
+                s.store(all, &mut bits[1]);
                 out.extend((0..S::LANES).map(|i| [bits[0][i].to_bits(), bits[1][i].to_bits()]));
             }
         }
