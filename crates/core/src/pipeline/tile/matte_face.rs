@@ -27,7 +27,7 @@ pub(super) struct MatteFace<'a> {
 
 impl<'a> MatteFace<'a> {
     /// Creates the matte face that a face is; `None` for others.
-    #[inline(always)]
+    #[inline(never)]
     pub fn new(faces: &Faces<'a>, face: &'a ExactFace) -> Option<Self> {
         let (shading, binding) = (faces.shading, faces.binding_of(face));
         let (shader, lighting) = (&shading.shader, &binding.lighting);
