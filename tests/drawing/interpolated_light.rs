@@ -15,6 +15,7 @@ use fbptr::scene::{
 use fbptr::simd::Level;
 use fbptr::truth::scenes::{Random, object};
 use glam::{DVec2, DVec3};
+use std::sync::Arc;
 
 /// Returns a light of one of all kinds, somewhere in the room.
 fn light(r: &mut Random, i: u32) -> Light {
@@ -171,4 +172,69 @@ fn what_hides_a_part_of_a_face_does_not_change_the_rest() {
         }
     }
     assert!(leaves > 500 && rest > 20_000, "{leaves} pixels of leaves, {rest} others");
+}
+
+#[test]
+fn what_is_drawn_before_a_face_does_not_change_the_rest_of_it() {
+    let mut rest = 0;
+    for seed in 0..40 {
+        let mut r = Random::new(seed + 501);
+        let mut alone = room(seed, (403, 190));
+        alone.scene.objects.truncate(1);
+        let own = alone.draw(&mut renderer(Level::best(), 1, RenderPath::Fast));
+        // Long thin triangles before the eye, whose edges cut strips of pixels at small angles.
+        let camera = alone.scene.camera.expect("a room has one").look_at;
+        let ahead = camera.eye + 0.3 * (camera.reference - camera.eye).normalize();
+        let mut blade = || {
+            let corners = [0; 3].map(|_| ahead + r.point(-0.3, 0.3)).to_vec();
+            let mesh = Mesh::from_triangles(corners, &[[0, 1, 2]]);
+            let mut blade = Object { cull: Cull::None, ..object("blade", mesh) };
+            blade.material = Material { emissive: DVec3::new(1.0, 0.0, 1.0), ..Material::default() };
+            blade.material.model = LightingModel::Unlit;
+            blade
+        };
+        let mut scene = alone.scene.clone();
+        scene.objects.splice(0..0, [0; 5].map(|_| blade()));
+        let cut = Shot { scene, ..alone }.draw(&mut renderer(Level::best(), 2, RenderPath::Fast));
+        for (own, cut) in own.bytes.chunks_exact(4).zip(cut.bytes.chunks_exact(4)) {
+            if cut[..3] != [255, 0, 255] {
+                assert_eq!(own, cut, "seed {seed}");
+                rest += usize::from(own[..3] != [0; 3]);
+            }
+        }
+    }
+    assert!(rest > 200_000, "{rest} pixels");
+}
+
+#[test]
+fn matte_faces_under_directional_lights_have_the_same_bytes_at_every_level() {
+    let levels: Vec<_> = Level::ALL.into_iter().filter(|level| level.is_available()).collect();
+    let (mut lit, mut apart) = (0, 0);
+    for seed in 0..24 {
+        let mut r = Random::new(seed + 901);
+        let mut shot = room(seed, [(403, 190), (250, 131)][seed as usize % 2]);
+        for (i, object) in shot.scene.objects.iter_mut().enumerate() {
+            object.material.ks = DVec3::ZERO;
+            if (seed as usize + i).is_multiple_of(2) {
+                let mut mesh = object.geometry.mesh.clone();
+                mesh.colors = (0..4).map(|_| r.point(0.2, 1.0).extend(1.0)).collect();
+                mesh.corners.iter_mut().for_each(|corner| corner.color = corner.position % 4);
+                object.geometry = Arc::new(mesh.into());
+            }
+        }
+        let sun = |i: u32, r: &mut Random| {
+            let ambient = if i == 1 { r.point(0.0, 0.2) } else { DVec3::ZERO };
+            Light { ambient, ..Light::directional(r.point(-1.0, 1.0), r.point(0.1, 0.7)) }
+        };
+        shot.scene.lights = (0..1 + seed as u32 % 4).map(|i| sun(i, &mut r)).collect();
+        let truth = shot.draw(&mut plain());
+        let own = shot.draw(&mut renderer(levels[0], 1, RenderPath::Fast));
+        lit += truth.bytes.chunks_exact(4).filter(|pixel| pixel[..3] != [0; 3]).count();
+        apart += own.bytes.iter().zip(&truth.bytes).filter(|(a, b)| a.abs_diff(**b) > 1).count();
+        for (i, level) in levels.iter().enumerate() {
+            let other = shot.draw(&mut renderer(*level, 1 + i, RenderPath::Fast));
+            assert!(own.bytes == other.bytes, "seed {seed}: {level:?} and {:?} differ", levels[0]);
+        }
+    }
+    assert!(lit > 200_000 && apart * 100_000 < lit, "{apart} of {lit}");
 }

@@ -124,13 +124,9 @@ impl<'a> ObjectCosts<'a> {
         FACE * faces as f64
     }
 
-    /// Returns whether light may be interpolated: faces have so many pixels in the mean, and one of these
-    /// lights depends on the place, which it does on matte faces only if it has a place itself.
-    pub fn has_large_faces(&self, lights: impl Iterator<Item = u32>) -> bool {
-        let depends_on_place = |l: &Light| self.is_shiny || !matches!(l.kind, LightKind::Directional { .. });
-        self.is_lit
-            && self.pixels >= LARGE_FACE * self.faces
-            && lights.filter_map(|l| self.lights.get(l as usize)).any(depends_on_place)
+    /// Returns whether faces have so many pixels in the mean that their light may be interpolated.
+    pub fn has_large_faces(&self) -> bool {
+        self.is_lit && self.pixels >= LARGE_FACE * self.faces
     }
 
     /// Returns whether choosing among so many lights is cheap beside drawing the object exactly.
@@ -142,6 +138,14 @@ impl<'a> ObjectCosts<'a> {
     pub fn measuring_is_cheap(&self, exact: f64) -> bool {
         MEASURED_FACE * self.faces <= MOST_FRAMES * exact
     }
+}
+
+/// Returns whether the light of these lights depends on the place, which it does on matte faces only where a
+/// light has a place itself.
+pub(super) fn depends_on_place(call: &DrawCall, mut lights: impl Iterator<Item = u32>) -> bool {
+    let is_shiny = call.geometry.mesh.materials.iter().chain([call.material]).any(|m| m.ks != DVec3::ZERO);
+    let has_place = |l: &Light| is_shiny || !matches!(l.kind, LightKind::Directional { .. });
+    lights.any(|l| call.lights.get(l as usize).is_some_and(has_place))
 }
 
 /// Returns an estimate of the pixels that a mesh covers of a viewport of `area` pixels: half of the

@@ -1,7 +1,7 @@
 //! For each draw the cheapest settings whose proven bound is within E.
 
 use super::bounds::{MeshBox, ShadedObject, light_indices};
-use super::costs::{ObjectCosts, covered_pixels};
+use super::costs::{ObjectCosts, covered_pixels, depends_on_place};
 use super::detail::{self, Detail, WholeReason};
 use super::levels::may_have_levels;
 use super::settings::QualitySettings;
@@ -104,7 +104,10 @@ impl Chosen {
         // Light that differs is rounded to bytes on top of its difference.
         let left = max_error - bound.max(rounding + 1.0);
         let is_lit = settings.shade.unwrap_or(call.shade) == ShadeMode::Phong
-            && settings.lights.as_ref().is_none_or(|lights| !lights.is_empty());
+            && match &settings.lights {
+                Some(lights) => depends_on_place(call, lights.iter().copied()),
+                None => depends_on_place(call, light_indices(call)),
+            };
         if self.has_large_faces && is_lit && left >= LEAST_LIGHT_ERROR {
             settings.light_error = Some(left);
             return Some((settings, max_error));
@@ -133,9 +136,8 @@ fn choose(
     let ndc_box = NdcBox::of(mesh_box.bounds, &from_object);
     let costs = ObjectCosts::of(call, covered_pixels(ndc_box, area));
     let exact = costs.drawing(call.shade, light_indices(call)).sum();
-    let has_large_faces = costs.has_large_faces(light_indices(call))
-        && is_light_alone(call)
-        && ShadedObject::of(call, mesh_box, None).is_some();
+    let has_large_faces =
+        costs.has_large_faces() && is_light_alone(call) && ShadedObject::of(call, mesh_box, None).is_some();
     let mut chosen =
         Chosen { exact, found: None, is_unmeasured: false, detail: None, ndc_box, has_large_faces };
     if max_error.shift > 0.0 && may_have_levels(&geometry.mesh) {

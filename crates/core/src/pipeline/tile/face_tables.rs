@@ -276,8 +276,8 @@ impl<'a> Faces<'a> {
         &self.shading.bindings[(material.to_bits() as i32 + back) as usize]
     }
 
-    /// Returns whether faces may have grids of light: they are lit per pixel, and nothing but light
-    /// makes their colour.
+    /// Returns whether faces may have grids of light: they are lit per pixel, nothing but light makes
+    /// their colour, and some of it depends on the place.
     pub(super) fn may_have_grids(&self) -> bool {
         let shader = &self.shading.shader;
         matches!(shader.source, ColorSource::Pixels(_))
@@ -325,7 +325,8 @@ impl<'a> Faces<'a> {
         if let ColorSource::Pixels(normals) = self.shading.shader.source {
             return self.evenly_lit_color(s, normals, face, exact_face?.is_normal_flipped);
         }
-        self.stored_color(face).map(|color| pack(s, splat3(s, color)))
+        let color = self.stored_color(face)?;
+        Some(pack(s, splat3(s, color)))
     }
 
     /// Returns the packed colour of a face whose corners have one normal, if no light or highlight

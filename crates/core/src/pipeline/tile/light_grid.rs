@@ -82,6 +82,8 @@ pub(super) struct LightGrid {
     /// For each row of cells the bits of those that are interpolated; of a row whose corners were not
     /// lit yet, if these allow it.
     linear: [u128; CELL_ROWS],
+    /// Bits of the rows of cells whose corners were looked at.
+    finished: u32,
     /// Whole cells side by side.
     cell_columns: usize,
     /// Light at the corners of the row that is being lit.
@@ -91,8 +93,8 @@ pub(super) struct LightGrid {
     rows: [CornerRow; ROWS],
 }
 
-/// Grids of a tile: those of the faces that were shaded last. So many faces that cut each other in one
-/// vector of pixels would be needed for grids to be computed again and again.
+/// Grids of a tile: those of the faces that were shaded last. More of them side by side in a row of strips
+/// would compute their grids again for each row.
 const GRIDS: usize = 8;
 
 thread_local! {
@@ -165,6 +167,7 @@ impl LightGrid {
             shift: LEAST_CELL.trailing_zeros(),
             pixel_part: 1.0 / LEAST_CELL as f32,
             linear: [0; CELL_ROWS],
+            finished: 0,
             cell_columns: 0,
             corners: [[0.0; COLUMNS]; 3],
             rows: [row; ROWS],
@@ -173,7 +176,7 @@ impl LightGrid {
 
     /// Makes it the grid of a face.
     fn set_face(&mut self, face: i32) {
-        (self.face, self.is_decided) = (face, false);
+        (self.face, self.is_decided, self.finished) = (face, false, 0);
         self.rows.iter_mut().for_each(|row| row.number = usize::MAX);
     }
 
@@ -204,6 +207,12 @@ impl LightGrid {
     /// Returns the cells side by side.
     pub fn cell_columns(&self) -> usize {
         self.cell_columns
+    }
+
+    /// Returns whether a row of cells can be interpolated: its corners are lit, and were looked at.
+    #[inline(always)]
+    pub fn has_cells(&self, row: usize) -> bool {
+        self.finished >> row & 1 == 1 && self.has_corners(row) && self.has_corners(row + 1)
     }
 
     /// Returns whether a row of corners is lit.
@@ -269,6 +278,7 @@ impl LightGrid {
     pub fn finish_cells(&mut self, row: usize) {
         let known = self.rows[row % ROWS].is_known & self.rows[(row + 1) % ROWS].is_known;
         self.linear[row] &= known & (known >> 1);
+        self.finished |= 1 << row;
     }
 
     /// Decides which cells of a tile are interpolated with at most this error, in units of colour, if

@@ -329,7 +329,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
     }
 
     /// Returns a bit for each pixel of a strip, of this size inside the tile, whose face was set up in
-    /// f64: row by row, and in a row in its vectors.
+    /// f64: that of a lane is 16 times its row, plus its vector's column in the strip, plus the lane.
     #[inline(always)]
     fn exact_pixels<S: Simd>(&self, s: S, [x, y]: [i32; 2], size: [i32; 2]) -> u64 {
         let (mut bits, mut row) = (0, 0);
@@ -428,7 +428,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         if linear == 0 {
             return (s.mask(0), s.splat_i(0));
         }
-        if !(grid.has_corners(row) && grid.has_corners(row + 1)) {
+        if !grid.has_cells(row) {
             s.call(s, LightCells { faces: &self.faces, exact_face, tile: self.tile.rect(), grid, row });
             linear = grid.linear_pixels::<S>(row, column);
         }
