@@ -5,7 +5,7 @@
 //! Guards against light that is interpolated where it is not nearly linear: near lights, highlights,
 //! the borders of radii, cones, faces and cells.
 
-use super::fast_forms::{Shot, plain, renderer};
+use super::fast_forms::{Drawn, Shot, plain, renderer};
 use fbptr::memory::DepthFormat;
 use fbptr::pipeline::{RenderPath, SceneOptions};
 use fbptr::scene::{
@@ -97,33 +97,36 @@ fn room(seed: u64, size: (u32, u32)) -> Shot {
     Shot { scene, options, format: DepthFormat::F32, size }
 }
 
+/// Draws a shot at every level, on one thread and more; returns the one drawing that all are.
+fn at_every_level(shot: &Shot, seed: u64) -> Drawn {
+    let mut levels = Level::ALL.into_iter().filter(|level| level.is_available());
+    let first = levels.next().expect("a level");
+    let own = shot.draw(&mut renderer(first, 1, RenderPath::Fast));
+    for (i, level) in levels.enumerate() {
+        let other = shot.draw(&mut renderer(level, 2 + i, RenderPath::Fast));
+        assert!(own.bytes == other.bytes, "seed {seed}: {level:?} and {first:?} differ");
+    }
+    own
+}
+
 #[test]
 fn interpolated_light_is_that_of_the_plain_path_at_every_level() {
-    let levels: Vec<_> = Level::ALL.into_iter().filter(|level| level.is_available()).collect();
     let (mut lit, mut apart, mut changed, mut too_far) = (0, 0, [0; 2], 0);
     for seed in 0..60 {
         let mut shot = room(seed, [(590, 310), (403, 190), (250, 131)][seed as usize % 3]);
         let truth = shot.draw(&mut plain());
-        let own = shot.draw(&mut renderer(levels[0], 1, RenderPath::Fast));
+        let own = at_every_level(&shot, seed);
         lit += truth.bytes.chunks_exact(4).filter(|pixel| pixel[..3] != [0; 3]).count();
         apart += own.bytes.iter().zip(&truth.bytes).filter(|(a, b)| a.abs_diff(**b) > 1).count();
-        for (i, level) in levels.iter().enumerate() {
-            let other = shot.draw(&mut renderer(*level, 1 + i, RenderPath::Fast));
-            assert!(own.bytes == other.bytes, "seed {seed}: {level:?} and {:?} differ", levels[0]);
-        }
         // Without interpolation, and within an error that can be seen, at every level alike.
         let mut within = |error| {
             shot.scene.objects.iter_mut().for_each(|object| object.light_error = Some(error));
-            shot.draw(&mut renderer(levels[0], 2, RenderPath::Fast))
+            at_every_level(&shot, seed)
         };
         let (none, rough) = (within(0.0), within(6.0));
         changed[0] += none.bytes.iter().zip(&own.bytes).filter(|(a, b)| a != b).count();
         changed[1] += rough.bytes.iter().zip(&own.bytes).filter(|(a, b)| a != b).count();
         too_far += rough.bytes.iter().zip(&truth.bytes).filter(|(a, b)| a.abs_diff(**b) > 7).count();
-        for level in &levels {
-            let other = shot.draw(&mut renderer(*level, 1, RenderPath::Fast));
-            assert!(rough.bytes == other.bytes, "seed {seed}: {level:?} and {:?} differ", levels[0]);
-        }
     }
     println!(
         "{lit} pixels are lit; {apart} bytes differ by more than 1, {too_far} by more than 7; {changed:?} changed"
@@ -210,7 +213,6 @@ fn what_is_drawn_before_a_face_does_not_change_the_rest_of_it() {
 
 #[test]
 fn matte_faces_under_directional_lights_have_the_same_bytes_at_every_level() {
-    let levels: Vec<_> = Level::ALL.into_iter().filter(|level| level.is_available()).collect();
     let (mut lit, mut apart) = (0, 0);
     for seed in 0..24 {
         let mut r = Random::new(seed + 901);
@@ -230,13 +232,9 @@ fn matte_faces_under_directional_lights_have_the_same_bytes_at_every_level() {
         };
         shot.scene.lights = (0..1 + seed as u32 % 4).map(|i| sun(i, &mut r)).collect();
         let truth = shot.draw(&mut plain());
-        let own = shot.draw(&mut renderer(levels[0], 1, RenderPath::Fast));
+        let own = at_every_level(&shot, seed);
         lit += truth.bytes.chunks_exact(4).filter(|pixel| pixel[..3] != [0; 3]).count();
         apart += own.bytes.iter().zip(&truth.bytes).filter(|(a, b)| a.abs_diff(**b) > 1).count();
-        for (i, level) in levels.iter().enumerate() {
-            let other = shot.draw(&mut renderer(*level, 1 + i, RenderPath::Fast));
-            assert!(own.bytes == other.bytes, "seed {seed}: {level:?} and {:?} differ", levels[0]);
-        }
     }
     assert!(lit > 200_000 && apart * 100_000 < lit, "{apart} of {lit}");
 }

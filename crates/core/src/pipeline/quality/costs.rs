@@ -91,8 +91,8 @@ impl<'a> ObjectCosts<'a> {
             pixels,
             faces: mesh.triangles.len() as f64,
             vertices: mesh.positions.len().max(mesh.normals.len()).min(mesh.corners.len()) as f64,
-            is_lit: materials.clone().any(|m| m.model != LightingModel::Unlit),
-            is_shiny: materials.any(|m| m.ks != DVec3::ZERO),
+            is_lit: materials.any(|m| m.model != LightingModel::Unlit),
+            is_shiny: is_shiny(call),
             texture: call.texture.map_or(0.0, |_| filter_cost(call.sampling.filter)),
         }
     }
@@ -140,10 +140,15 @@ impl<'a> ObjectCosts<'a> {
     }
 }
 
+/// Returns whether a draw has a material with highlights.
+fn is_shiny(call: &DrawCall) -> bool {
+    call.geometry.mesh.materials.iter().chain([call.material]).any(|m| m.ks != DVec3::ZERO)
+}
+
 /// Returns whether the light of these lights depends on the place, which it does on matte faces only where a
 /// light has a place itself.
 pub(super) fn depends_on_place(call: &DrawCall, mut lights: impl Iterator<Item = u32>) -> bool {
-    let is_shiny = call.geometry.mesh.materials.iter().chain([call.material]).any(|m| m.ks != DVec3::ZERO);
+    let is_shiny = is_shiny(call);
     let has_place = |l: &Light| is_shiny || !matches!(l.kind, LightKind::Directional { .. });
     lights.any(|l| call.lights.get(l as usize).is_some_and(has_place))
 }

@@ -346,7 +346,7 @@ impl BlendedShader<'_> {
         let p = exact_faces::weights(s, exact_face, [x, y], 1);
         let sum = (p[0] + p[1]) + p[2];
         let is_beside = p[0].lt(zero) | p[1].lt(zero) | p[2].lt(zero);
-        (Barycentrics::new(p, one / sum), mask & (is_beside | !s.splat(1e-30).lt(sum)))
+        (Barycentrics::new(p, one / sum), mask & (is_beside | !s.splat(exact_faces::LEAST_SUM).lt(sum)))
     }
 }
 

@@ -14,6 +14,7 @@
 //! cells. Blocks are looked at for the whole tile when the first pixel of the face is shaded, before
 //! any corner is lit; rows of corners are lit when the first of their cells is shaded.
 
+use super::exact_faces::LEAST_SUM;
 use super::grid::Grid;
 use super::lighting::{FastLight, MaterialLighting, V3, scale, splat3};
 use super::linear_light::{BLOCK, BlockCorners, errors_of_cells};
@@ -432,7 +433,7 @@ impl Kernel for ErrorKernel<'_> {
             let mut corner = 0;
             while corner < 4 {
                 let q = s.load(&inputs.q[corner][first..]);
-                is_known = is_known & s.splat(1e-30).lt(q) & q.lt(most);
+                is_known = is_known & s.splat(LEAST_SUM).lt(q) & q.lt(most);
                 block.q[corner] = q;
                 let mut axis = 0;
                 while axis < 3 {
@@ -462,5 +463,29 @@ impl Kernel for ErrorKernel<'_> {
             first += S::LANES;
         }
         within
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_of_cells_is_looked_at_though_its_neighbours_have_lit_its_corners() {
+        let mut grid = LightGrid::new();
+        (grid.cell_columns, grid.linear) = (4, [0b1111; CELL_ROWS]);
+        for row in 0..4 {
+            // The third corner of each row lies beside the face.
+            grid.rows[row].is_known = 0b11011;
+            grid.finish_corners(row);
+        }
+        grid.finish_cells(0);
+        grid.finish_cells(2);
+        assert_eq!([0, 1, 2].map(|row| grid.has_cells(row)), [true, false, true]);
+        grid.finish_cells(1);
+        assert!(grid.has_cells(1));
+        assert_eq!(grid.linear[..4], [0b1001, 0b1001, 0b1001, 0b1111]);
+        grid.set_face(1);
+        assert!(!grid.has_cells(1));
     }
 }

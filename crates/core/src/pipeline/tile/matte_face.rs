@@ -2,15 +2,16 @@
 //! is looked up once.
 //!
 //! No grid of light is made for them: under one to four lights a cube takes as long with grids, under
-//! eight a twelfth longer.
+//! eight a tenth longer or more.
 //!
 //! In: a face whose light depends on nothing but its interpolated normal. Out: the bytes of
 //! [`Faces::exact_face`], bit by bit.
 
+use super::attribute_fetch::{Corners, blend};
 use super::exact_faces::{self, ExactFace};
 use super::face_tables::Faces;
 use super::interpolate::{add, unit_normal};
-use super::lighting::{MaterialLighting, V3, light_by_normal, pack, splat3};
+use super::lighting::{MaterialLighting, light_by_normal, pack, splat3};
 use super::shading_state::ColorSource;
 use crate::simd::{F32, Simd};
 
@@ -55,25 +56,16 @@ impl<'a> MatteFace<'a> {
         let sum = (p[0] + p[1]) + p[2];
         let inverse = s.splat(1.0) / sum;
         let b = [p[0] * inverse, p[1] * inverse, p[2] * inverse];
-        let normal = weighted(s, &self.normals, b);
+        let all = s.mask(u32::MAX);
+        let normal = blend(s, all, &self.normals, &Corners::One([0, 1, 2]), b);
         let turn = s.mask(if self.face.is_normal_flipped { u32::MAX } else { 0 });
         let (normal, cancels) = unit_normal(s, normal, turn);
         let mut diffuse = light_by_normal(s, self.lighting, normal);
         if let Some(colors) = &self.colors {
-            let color = weighted(s, colors, b);
+            let color = blend(s, all, colors, &Corners::One([0, 1, 2]), b);
             diffuse = [diffuse[0] * color[0], diffuse[1] * color[1], diffuse[2] * color[2]];
         }
         let color = pack(s, add::<S>(diffuse, splat3(s, self.lighting.specular)));
         (color, cancels | !s.splat(exact_faces::LEAST_SUM).lt(sum))
     }
-}
-
-/// Returns the sums of three corners' vectors, weighted by `b`.
-#[inline(always)]
-fn weighted<S: Simd>(s: S, [v0, v1, v2]: &[[f32; 4]; 3], b: [S::F; 3]) -> V3<S> {
-    [
-        (s.splat(v0[0]) * b[0] + s.splat(v1[0]) * b[1]) + s.splat(v2[0]) * b[2],
-        (s.splat(v0[1]) * b[0] + s.splat(v1[1]) * b[1]) + s.splat(v2[1]) * b[2],
-        (s.splat(v0[2]) * b[0] + s.splat(v1[2]) * b[1]) + s.splat(v2[2]) * b[2],
-    ]
 }
