@@ -255,12 +255,13 @@ fn is_gltf(first: &[u8]) -> bool {
 /// Detects XML formats by their tags; `None` for other text.
 fn of_xml(first: &[u8]) -> Option<Content> {
     // Of UTF-16 the ASCII letters of tags remain; a byte order mark is dropped.
-    let text: String = first.iter().filter(|b| b.is_ascii_graphic()).map(|b| char::from(*b)).collect();
-    let found = || TAGS.iter().filter_map(|(tag, content)| Some((text.find(tag)?, *content)));
-    match text.starts_with('<') {
-        true => found().min_by_key(|(at, _)| *at).map(|(_, content)| content),
-        false => None,
+    let mut graphic = first.iter().copied().filter(u8::is_ascii_graphic).peekable();
+    if graphic.peek() != Some(&b'<') {
+        return None;
     }
+    let text: String = graphic.map(char::from).collect();
+    let found = TAGS.iter().filter_map(|(tag, content)| Some((text.find(tag)?, *content)));
+    found.min_by_key(|(at, _)| *at).map(|(_, content)| content)
 }
 
 fn contains(bytes: &[u8], part: &[u8]) -> bool {

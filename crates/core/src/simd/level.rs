@@ -61,6 +61,7 @@ pub(crate) use long_kernel;
 /// The entry of a kernel at a level that every CPU of the target has.
 trait Run {
     /// Runs the kernel, in the unit of code of this type.
+    #[inline(never)]
     fn run<K: Kernel, S: Simd>(kernel: K, s: S) -> K::Output {
         kernel.run(s)
     }

@@ -156,7 +156,7 @@ pub trait Simd: Copy + 'static {
     type M: Mask;
 
     /// Runs a part of a kernel, at this level or over its vectors' pairs, as a function of its own.
-    #[inline(always)]
+    #[inline(never)]
     fn call<S: Simd, P: Part<S>>(self, s: S, part: P) -> P::Output {
         part.run(s)
     }
