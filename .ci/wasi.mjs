@@ -1,4 +1,4 @@
-// Runs a program of WebAssembly's system interface (WASI) under Node: cargo's runner for the tests of `.ci/checks`.
+// Runs a program of WebAssembly's system interface (WASI) under Node: cargo's runner for the tests of `.ci/nightly`.
 //
 // Usage: node wasi.mjs PROGRAM.wasm [ARGUMENT ...]
 import { readFileSync } from "node:fs";

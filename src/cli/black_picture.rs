@@ -4,6 +4,7 @@
 //! Costs one pass over the black pixels before the first other one, and a second drawing where the
 //! picture has no colour but black and that of its background.
 
+use crate::measure::pixels;
 use crate::memory::{DepthFormat, Rgba, VideoMemory};
 use crate::pipeline::{Renderer, SceneOptions, Target, reflects_light};
 use crate::scene::{Background, Scene};
@@ -27,16 +28,10 @@ impl BlackPicture<'_> {
                 Some(color) => color == DVec3::ZERO,
                 None => self.background[..3] == [0; 3],
             };
-        let other = if is_on_black { None } else { self.background_pixel() };
-        is_black(self.memory, other)
+        let other = if is_on_black { None } else { pixels::first_not_black(self.memory) };
+        pixels::is_all_black(self.memory, other)
             && reflects_light(self.scene, self.options)
             && (other.is_none() || self.is_black_on_black(renderer))
-    }
-
-    /// Returns the colour of the first pixel that is not black.
-    fn background_pixel(&self) -> Option<Rgba> {
-        let pixels = self.memory.bytes().as_chunks::<4>().0;
-        pixels.iter().copied().find(|pixel| pixel[..3] != [0; 3])
     }
 
     /// Draws the scene again on a black frame, and returns whether that stays black.
@@ -47,12 +42,6 @@ impl BlackPicture<'_> {
         let scene = Scene { background: Background::default(), ..self.scene.clone() };
         let depth_format = DepthFormat::default();
         let mut target = Target { memory: &mut memory, depth: &mut None, depth_format, ids: None };
-        renderer.draw_scene(&mut target, &scene, self.options).is_ok() && is_black(&memory, None)
+        renderer.draw_scene(&mut target, &scene, self.options).is_ok() && pixels::is_all_black(&memory, None)
     }
-}
-
-/// Returns whether all pixels are black, or of the colour `or`.
-fn is_black(memory: &VideoMemory, or: Option<Rgba>) -> bool {
-    let pixels = memory.bytes().as_chunks::<4>().0;
-    pixels.iter().all(|pixel| pixel[..3] == [0; 3] || Some(*pixel) == or)
 }

@@ -112,7 +112,7 @@ fn at_every_level(shot: &Shot, seed: u64) -> Drawn {
 #[test]
 fn interpolated_light_is_that_of_the_plain_path_at_every_level() {
     let (mut lit, mut apart, mut changed, mut too_far) = (0, 0, [0; 2], 0);
-    for seed in 0..60 {
+    for seed in 0..30 {
         let mut shot = room(seed, [(590, 310), (403, 190), (250, 131)][seed as usize % 3]);
         let truth = shot.draw(&mut plain());
         let own = at_every_level(&shot, seed);
@@ -132,7 +132,7 @@ fn interpolated_light_is_that_of_the_plain_path_at_every_level() {
         "{lit} pixels are lit; {apart} bytes differ by more than 1, {too_far} by more than 7; {changed:?} changed"
     );
     // A radius and a cone end at once: at their borders f32 and f64 may decide otherwise.
-    assert!(lit > 500_000 && changed[0] > 400 && changed[1] > 400, "{lit} {changed:?}");
+    assert!(lit > 250_000 && changed[0] > 200 && changed[1] > 200, "{lit} {changed:?}");
     assert!(apart * 100_000 < lit && too_far * 100_000 < lit, "{apart} {too_far} of {lit}");
 }
 

@@ -38,6 +38,7 @@ mod memory;
 mod peers;
 mod picture;
 mod pictures;
+pub mod pixels;
 mod report;
 mod scaling;
 mod scaling_studies;

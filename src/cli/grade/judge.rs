@@ -15,9 +15,9 @@ use super::calls::{Called, at_centres, in_white, plain};
 use super::program::{Made, Program, Ran};
 use super::sheet::{Item, Wanted, base64};
 use crate::measure::difference::WrongPixels;
-use crate::memory::{Rgba, VideoMemory};
+use crate::measure::pixels;
+use crate::memory::VideoMemory;
 use clap::Parser;
-use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -96,8 +96,7 @@ impl Right {
             if (w, h) != item.size.into() {
                 return Err(format!("exact: it has {w}x{h} pixels, and the item {}", item.size));
             }
-            let background = commonest(&exact.memory);
-            if pixels(&exact.memory).iter().all(|pixel| *pixel == background) {
+            if pixels::is_all(&exact.memory, pixels::commonest(&exact.memory)) {
                 return Err("exact: nothing is drawn in it".to_owned());
             }
             if let Some([x, y, rw, rh]) = item.region
@@ -125,7 +124,7 @@ impl Right {
                 _ => lost(String::new()),
             },
             Ok(Made::Picture(mine)) => match &own {
-                Some((right, true)) => right.picture(item, lit(*mine)),
+                Some((right, true)) => right.picture(item, pixels::black_and_white(*mine)),
                 Some((right, false)) => right.picture(item, *mine),
                 None => self.picture(item, *mine),
             },
@@ -187,14 +186,15 @@ impl Right {
         };
         let size = |m: &VideoMemory| [m.width(), m.height()];
         if let (Some(region), true) = (item.region, size(&mine) == size(&exact.memory)) {
-            take_outside(&mut mine, &exact.memory, region);
+            pixels::take_outside(&mut mine, &exact.memory, region);
         }
         // The first of several that are as near.
         let pictures = std::iter::once((self.name.as_str(), exact))
             .chain(self.others.iter().map(|(n, e)| (n.as_str(), e)));
-        let nearest = pictures.min_by_key(|(_, exact)| count_wrong(&mine, &exact.memory, item));
+        let allowed = item.tolerance.per_channel;
+        let nearest = pictures.min_by_key(|(_, exact)| pixels::count_wrong(&mine, &exact.memory, allowed));
         let (name, exact) = nearest.unwrap_or((&self.name, exact));
-        let difference = exact.difference(&mine, item.tolerance.per_channel);
+        let difference = exact.difference(&mine, allowed);
         let (points, text) = match difference.size == difference.exact_size {
             false => (0.0, difference.to_string().trim_end().to_owned()),
             true => points(item, &difference, &mine, &exact.memory),
@@ -239,7 +239,7 @@ fn others(item: &Item, file: &Path, folder: &Path) -> Result<Vec<(String, Exact)
     for (at, options) in std::iter::once(&item.options).chain(&item.or).enumerate() {
         let scene = if is_in_pixels(&text, options) { &large } else { file };
         let exact = draw_at(item, options, scene, item.samples)?;
-        let memory = mean(&exact.memory, item.samples).map_err(|e| e.to_string())?;
+        let memory = pixels::mean(&exact.memory, item.samples).map_err(|e| e.to_string())?;
         let by = if at == 0 { String::new() } else { format!("as by {}, ", options.join(" ")) };
         others.push((by + &with, Exact::of_pixels(memory)));
     }
@@ -294,29 +294,6 @@ fn tag_len(tag: &str) -> usize {
     tag.len()
 }
 
-/// Returns the mean of so many pixels a side.
-fn mean(large: &VideoMemory, times: u32) -> Result<VideoMemory, crate::memory::MemoryError> {
-    let mut memory = VideoMemory::new(large.width() / times, large.height() / times)?;
-    let (width, from, n) = (large.width() as usize, pixels(large), times as usize);
-    let columns = memory.width() as usize;
-    for (at, pixel) in memory.bytes_mut().as_chunks_mut::<4>().0.iter_mut().enumerate() {
-        let (x, y) = (at % columns * n, at / columns * n);
-        for (channel, value) in pixel.iter_mut().enumerate() {
-            let places = (0..n * n).map(|k| (y + k / n) * width + x + k % n);
-            let sum: usize = places.map(|place| usize::from(from[place][channel])).sum();
-            *value = ((sum + n * n / 2) / (n * n)) as u8;
-        }
-    }
-    Ok(memory)
-}
-
-/// Returns the number of pixels that differ by more than an item allows.
-fn count_wrong(mine: &VideoMemory, exact: &VideoMemory, item: &Item) -> usize {
-    let allowed = item.tolerance.per_channel;
-    let differs = |(m, e): (&Rgba, &Rgba)| m.iter().zip(e).any(|(m, e)| m.abs_diff(*e) > allowed);
-    pixels(mine).iter().zip(pixels(exact)).filter(|pair| differs(*pair)).count()
-}
-
 /// Returns the points of a picture of the right size, and the reason.
 fn points(item: &Item, difference: &WrongPixels, mine: &VideoMemory, exact: &VideoMemory) -> (f64, String) {
     let wrong = difference.wrong;
@@ -328,12 +305,11 @@ fn points(item: &Item, difference: &WrongPixels, mine: &VideoMemory, exact: &Vid
         };
         return (item.points, text);
     }
-    let background = commonest(exact);
-    let is_drawn = |pixel: &Rgba| *pixel != background;
-    if !pixels(mine).iter().any(is_drawn) {
+    let background = pixels::commonest(exact);
+    if pixels::is_all(mine, background) {
         return (0.0, format!("nothing is drawn: {}", text.lines().next().unwrap_or("")));
     }
-    let drawn = pixels(mine).iter().zip(pixels(exact)).filter(|(m, e)| is_drawn(m) || is_drawn(e)).count();
+    let drawn = pixels::count_drawn(mine, exact, background);
     let share = (1.0 - wrong as f64 / drawn.max(1) as f64).max(0.0);
     match item.partly {
         // Down to tenths of a point: a wrong pixel is seen in the points.
@@ -350,43 +326,6 @@ fn points(item: &Item, difference: &WrongPixels, mine: &VideoMemory, exact: &Vid
 
 fn floor_percent(share: f64) -> f64 {
     (share * 1000.0).floor() / 10.0
-}
-
-fn pixels(memory: &VideoMemory) -> &[Rgba] {
-    memory.bytes().as_chunks::<4>().0
-}
-
-/// Returns a picture in black and white.
-fn lit(mut memory: VideoMemory) -> VideoMemory {
-    for pixel in memory.bytes_mut().as_chunks_mut::<4>().0 {
-        let shade = if pixel[..3] == [0; 3] { 0 } else { 255 };
-        *pixel = [shade, shade, shade, 255];
-    }
-    memory
-}
-
-/// Returns the commonest colour; the first one of several.
-fn commonest(memory: &VideoMemory) -> Rgba {
-    let mut counts: HashMap<Rgba, usize> = HashMap::new();
-    pixels(memory).iter().for_each(|pixel| *counts.entry(*pixel).or_default() += 1);
-    let most = counts.values().max().copied().unwrap_or(0);
-    pixels(memory).iter().find(|pixel| counts[*pixel] == most).copied().unwrap_or([0; 4])
-}
-
-/// Copies what is outside of a region, so that nothing there differs.
-fn take_outside(mine: &mut VideoMemory, exact: &VideoMemory, [x, y, w, h]: [u32; 4]) {
-    let width = exact.width() as usize;
-    let inside = |at: usize| {
-        let (px, py) = ((at % width) as u32, (at / width) as u32);
-        (x..x + w).contains(&px) && (y..y + h).contains(&py)
-    };
-    let from = exact.bytes().as_chunks::<4>().0;
-    let to = mine.bytes_mut().as_chunks_mut::<4>().0;
-    to.iter_mut()
-        .zip(from)
-        .enumerate()
-        .filter(|(at, _)| !inside(*at))
-        .for_each(|(_, (to, from))| *to = *from);
 }
 
 /// Compares numbers in their order.
