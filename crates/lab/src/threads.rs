@@ -172,9 +172,11 @@ mod tests {
         let [(_, RenderPath::Fast, level, threads, _)] = defaults[..] else { panic!("{}", defaults.len()) };
         assert_eq!((*level, *threads), (Level::best(), default_threads()));
         for (name, path, level, threads, standing) in &ways {
-            let is_comparison = *path == RenderPath::Fast && *threads != default_threads();
+            let is_fast = *path == RenderPath::Fast;
+            let is_comparison = is_fast && *threads != default_threads();
+            let is_default = is_fast && !is_comparison && *level == Level::best();
             assert_eq!(*standing == Standing::Comparison, is_comparison, "{name}");
-            assert_eq!(*standing == Standing::Default, !is_comparison && *level == Level::best(), "{name}");
+            assert_eq!(*standing == Standing::Default, is_default, "{name}");
         }
     }
 }
