@@ -8,7 +8,7 @@
 mod schedule;
 mod trace;
 
-use super::{BenchOptions, Refusal, Workload, run_of, timed};
+use super::{BenchOptions, BenchRun, Refusal, Workload, run_of, timed};
 use crate::frame_times::FrameTimes;
 use fbptr_core::executor::{Executor, ThreadPool};
 use fbptr_engine::workers::DRAW_STACK_BYTES;
@@ -78,12 +78,8 @@ pub fn run_on_cores(
     cores: &[usize],
 ) -> Result<CoresRow, Refusal> {
     let refuse = |reason: String| Refusal { workload, reason };
-    let recorder = Arc::new(PieceRecorder::new());
-    let mut one = options.clone();
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).stack_size(DRAW_STACK_BYTES).build();
-    one.render.pool = Some(Arc::new(pool.map_err(|e| refuse(e.to_string()))?));
-    one.render.observer = Some(recorder.clone());
-    let (mut pieces, mut whole) = (run_of(workload, &one), run_of(workload, options));
+    let (mut pieces, recorder) = recorded_run(workload, options).map_err(refuse)?;
+    let mut whole = run_of(workload, options);
     for run in [&mut pieces, &mut whole] {
         run.spoil();
         run.frame();
@@ -112,6 +108,19 @@ pub fn run_on_cores(
         serial_share: median_of(frames.iter().map(|steps| serial_share(steps))),
         wake_us: wake * 1e6,
     })
+}
+
+/// Returns the workload on a pool of one thread, and the recorder of its frames' steps.
+fn recorded_run(
+    workload: Workload,
+    options: &BenchOptions,
+) -> Result<(Box<dyn BenchRun>, Arc<PieceRecorder>), String> {
+    let recorder = Arc::new(PieceRecorder::new());
+    let mut one = options.clone();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).stack_size(DRAW_STACK_BYTES).build();
+    one.render.pool = Some(Arc::new(pool.map_err(|e| e.to_string())?));
+    one.render.observer = Some(recorder.clone());
+    Ok((run_of(workload, &one), recorder))
 }
 
 fn serial_share(steps: &[Step]) -> f64 {
@@ -160,35 +169,52 @@ mod tests {
     use fbptr_core::memory::DepthFormat;
     use fbptr_core::pipeline::RenderOptions;
 
-    /// Simulates a small frame on 1, 2 and 64 cores.
-    fn small(workload: Workload) -> CoresRow {
-        let options = BenchOptions {
+    fn small() -> BenchOptions {
+        BenchOptions {
             render: RenderOptions { pool: fbptr_engine::worker_pool(Some(2)), ..RenderOptions::default() },
             depth_format: DepthFormat::F32,
             air: Air::Clear,
             size: Size { width: 320, height: 180, divisor: 100 },
             frames: 3,
             budget: Duration::from_secs(1),
-        };
-        run_on_cores(workload, &options, &[1, 2, 64]).expect("the right picture")
+        }
+    }
+
+    /// Returns the steps of a frame after its first.
+    fn steps(workload: Workload) -> Vec<Step> {
+        let (mut run, recorder) = recorded_run(workload, &small()).unwrap();
+        run.frame();
+        recorder.begin();
+        run.frame();
+        recorder.end()
     }
 
     #[test]
-    fn a_workload_is_simulated_from_its_own_pieces() {
-        let row = small(Workload::Phong70k);
-        let [(1, one), (2, two), (64, most)] = row.simulated_ms[..] else { panic!("{row:?}") };
-        assert!(two < one && most <= two, "{row:?}");
-        assert!(row.serial_share > 0.0 && row.serial_share < 0.9, "{row:?}");
-        // Amdahl's law, with the wait for threads on top.
-        assert!(most >= one * row.serial_share * 0.99, "{row:?}");
+    fn a_frame_is_simulated_from_its_own_pieces() {
+        let steps = steps(Workload::Phong70k);
+        let free = ThreadCosts { wake: 0.0, awake: 0.0, steal: 0.0 };
+        let [one, two, most] = [1, 2, 64].map(|cores| frame_time(&steps, cores, &free));
+        assert!(two < one && most <= two, "{one} {two} {most}");
+        // Amdahl's law.
+        let serial = serial_share(&steps);
+        assert!(serial > 0.0 && most >= one * serial * (1.0 - 1e-9), "{serial} of {one}, {most}");
+    }
+
+    #[test]
+    fn a_row_has_all_cores_and_what_was_measured() {
+        let row = run_on_cores(Workload::Phong70k, &small(), &[1, 2, 64]).expect("the right picture");
+        assert_eq!(row.simulated_ms.iter().map(|(cores, _)| *cores).collect::<Vec<_>>(), [1, 2, 64]);
+        assert!(row.simulated_ms.iter().all(|(_, ms)| *ms > 0.0), "{row:?}");
+        assert!(row.serial_share > 0.0 && row.serial_share < 1.0, "{row:?}");
         assert!(row.measured_ms.is_some_and(|(threads, ms)| threads == 2 && ms > 0.0));
     }
 
     #[test]
     fn small_draws_have_the_pieces_that_two_threads_share() {
         for workload in [Workload::Objects10k, Workload::Scene10k] {
-            let row = small(workload);
-            assert!(row.serial_share < 0.9, "{row:?}");
+            let steps = steps(workload);
+            let is_shared = |step: &Step| matches!(step, Step::Pieces(pieces) if pieces.len() > 1);
+            assert!(steps.iter().any(is_shared), "{workload:?}: {steps:?}");
         }
     }
 }
