@@ -179,7 +179,9 @@ fn whole_numbers_hold_depths_to_half_a_step_of_the_plain_paths() {
 fn blended_faces_have_the_plain_paths_bytes_with_textures_fog_and_every_depth_format() {
     let mut fast = Renderer::default();
     let (mut textured, mut foggy, mut bytes, mut unlike, mut apart) = (0, 0, 0, Vec::new(), Vec::new());
-    for seed in from_env("SEED", 1)..from_env("SEED", 1) + from_env("SCENES", 150) {
+    // Scene 475 shows each light that is left out up to a quarter of a step.
+    let first = from_env("SEED", 427);
+    for seed in first..first + from_env("SCENES", 150) {
         let mut shot = Shot::random(seed, (70, 50));
         let mut dice = Random::new(seed);
         shot.scene.fog = None;
@@ -191,6 +193,10 @@ fn blended_faces_have_the_plain_paths_bytes_with_textures_fog_and_every_depth_fo
         }
         for object in &mut shot.scene.objects {
             object.material.transparency = dice.real(0.1, 0.9);
+            // An opaque back would be drawn by deferred shading, whose bytes may be a step apart.
+            if let Some(back) = &mut object.back_material {
+                back.transparency = object.material.transparency;
+            }
             textured += u32::from(object.texture.is_some());
         }
         let (own, same) = (shot.draw(&mut fast), shot.draw(&mut plain()));
@@ -215,11 +221,9 @@ fn blended_faces_have_the_plain_paths_bytes_with_textures_fog_and_every_depth_fo
     println!("{apart:?} pixels were decided otherwise");
     assert!(apart.iter().map(|(_, pixels)| pixels).sum::<u64>() * 1_000_000 <= bytes as u64 / 4, "{apart:?}");
     println!("{unlike:?} of {bytes} bytes");
-    // One step under fog, in less than a byte of a million; without fog, in less than one of ten
-    // million.
+    // One step, in at most a byte of ten million.
     let off: usize = unlike.iter().map(|(_, count)| count).sum();
-    let clear = unlike.iter().filter(|(seed, _)| seed % 2 == 1).count();
-    assert!(clear * 10_000_000 <= bytes && off * 1_000_000 <= bytes, "{unlike:?} of {bytes} bytes");
+    assert!(off * 10_000_000 <= bytes, "{unlike:?} of {bytes} bytes");
 }
 
 #[test]

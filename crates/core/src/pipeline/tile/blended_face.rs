@@ -14,7 +14,7 @@ use super::depth_test::{DepthTest, F32Depth};
 use super::exact_faces::{self, ExactFace};
 use super::fog::FogParams;
 use super::interpolate::{Barycentrics, FragmentInputs};
-use super::lighting::{MaterialLighting, V3};
+use super::lighting::{FaintLight, MaterialLighting, V3};
 use super::shading_state::{ColorSource, Eye, FragmentShader};
 use crate::math::coverage::PixelRect;
 use crate::simd::{F32, I32, Kernel, Mask, Simd};
@@ -67,6 +67,9 @@ pub struct BlendedFace<'a> {
 static LIT_CORNERS: MaterialLighting = MaterialLighting::constant([0.0; 3], [0.0; 3]);
 
 impl BlendedFace<'_> {
+    /// Light that may be left out: the byte is still the plain path's.
+    pub const MAY_LACK: FaintLight = FaintLight::beside(EDGE);
+
     /// Returns the inputs of the face's fragments, whose tables are those of its corners, and the
     /// lighting of its material.
     fn shader(&self) -> (FragmentShader<'_>, &MaterialLighting) {

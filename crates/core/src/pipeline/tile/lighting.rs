@@ -53,8 +53,8 @@ pub struct FastLight {
     pub position: LightPosition,
     /// Directions in which it shines.
     pub cone: Cone,
-    /// Square of the distance beyond which it gives nothing, or so little that it is left out: an
-    /// eighth of a step of a byte, over all lights. Below 0 for a light that reaches nothing.
+    /// Square of the distance beyond which it gives nothing, or so little that it is left out (see
+    /// [`FaintLight`]). Below 0 for a light that reaches nothing.
     pub reach2: f32,
     /// True if that distance is one of fading, not the light's radius.
     pub is_reach_faded: bool,
@@ -66,8 +66,7 @@ pub struct FastLight {
     pub diffuse: [f32; 3],
     /// Ks times the light's colour; if all are 0 the specular term is skipped.
     pub specular: [f32; 3],
-    /// Cosine up to which the specular term is left out: all that is left out is at most a quarter of
-    /// a step of a byte, over all lights. Below 0 where nothing is.
+    /// Cosine up to which the specular term is left out (see [`FaintLight`]). Below 0 where nothing is.
     pub dark_cosine: f32,
     /// Coefficients c, l, q of the attenuation 1 / (c + l d + q d^2); `None` for none.
     pub attenuation: Option<[f32; 3]>,
@@ -116,6 +115,27 @@ impl Exponent {
 /// Least exponent above 0 of the kernels: (1e-7)^0.4 is 0.0016, less than 1/510.
 const LEAST_EXPONENT: f64 = 0.4;
 
+/// Light that a point may lack, in units of colour.
+#[derive(Clone, Copy, Debug)]
+pub struct FaintLight {
+    /// Sum over the lights' highlights.
+    pub highlights: f64,
+    /// Sum over the lights that have faded.
+    pub faded: f64,
+}
+
+impl FaintLight {
+    /// For bytes within a step of the plain path's: a quarter and an eighth of a step.
+    pub const WITHIN_A_STEP: FaintLight = FaintLight { highlights: 0.25 / 255.0, faded: 0.125 / 255.0 };
+
+    /// For the plain path's bytes: an eighth of `edge`, the distance in bytes from the boundary between
+    /// two bytes within which f32 does not decide.
+    pub const fn beside(edge: f32) -> FaintLight {
+        let each = edge as f64 / (16.0 * 255.0);
+        FaintLight { highlights: each, faded: each }
+    }
+}
+
 /// Material and lights of a draw, as the kernels read them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialLighting {
@@ -135,8 +155,8 @@ pub struct MaterialLighting {
 
 impl MaterialLighting {
     /// Finds the cosines up to which highlights are left out: a light whose highlight at cosine c is
-    /// m c^n, in units of colour, has its share of a quarter of a step where c^n is the share over m.
-    pub fn find_dark_cosines(&mut self) {
+    /// m c^n, in units of colour, has its share of `tolerance` where c^n is the share over m.
+    pub fn find_dark_cosines(&mut self, tolerance: FaintLight) {
         let brightest = |light: &FastLight| light.specular.iter().fold(0.0f32, |m, c| m.max(c.abs()));
         let count = self.lights.iter().filter(|l| brightest(l) > 0.0).count();
         let exponent = match self.exponent {
@@ -144,7 +164,7 @@ impl MaterialLighting {
             Exponent::Real(n) => f64::from(n),
         };
         for light in &mut self.lights {
-            let share = DARK / (count.max(1) as f64 * f64::from(brightest(light)));
+            let share = tolerance.highlights / (count.max(1) as f64 * f64::from(brightest(light)));
             // A light that fades by a sum below 1 is brighter than its colour.
             let is_at_most_one = light.attenuation.is_none() || light.is_clamped;
             light.dark_cosine = match exponent > 0.0 && is_at_most_one {
@@ -156,8 +176,8 @@ impl MaterialLighting {
     }
 
     /// Finds the distances beyond which attenuated lights are left out: a light that gives at most m,
-    /// in units of colour, has its share of [`FADED`] where m / (c + l d + q d^2) is that share.
-    pub fn find_faded_distances(&mut self) {
+    /// in units of colour, has its share of `tolerance` where m / (c + l d + q d^2) is that share.
+    pub fn find_faded_distances(&mut self, tolerance: FaintLight) {
         let count = self.lights.iter().filter(|l| l.attenuation.is_some()).count();
         for light in &mut self.lights {
             let Some([c, l, q]) = light.attenuation.map(|sum| sum.map(f64::from)) else { continue };
@@ -173,7 +193,7 @@ impl MaterialLighting {
             };
             let brightest = (0..3).map(of_channel).fold(0.0, f64::max);
             // c + l d + q d^2 = sum, in a form without cancellation.
-            let sum = brightest * count as f64 / FADED - c;
+            let sum = brightest * count as f64 / tolerance.faded - c;
             let distance = if sum > 0.0 { 2.0 * sum / (l + (l * l + 4.0 * q * sum).sqrt()) } else { 0.0 };
             // Rounded up by more than f32 loses.
             let squared = (distance * distance * (1.0 + 1e-5)) as f32;
@@ -236,12 +256,6 @@ const NEAR_LIGHT: f32 = 1.0 / 64.0;
 /// Bound on 1 + L.V per unit of the exponent, below which f32 has too few digits of the length of
 /// Blinn's half vector, which is short where light and viewer are almost opposite.
 const OPPOSITE: f32 = 1e-4;
-
-/// Colour that highlights may lack: a quarter of a step of a byte.
-const DARK: f64 = 0.25 / 255.0;
-
-/// Colour that may be lacking of lights that have faded: an eighth of a step of a byte.
-const FADED: f64 = 0.125 / 255.0;
 
 /// Largest attenuation factor, as in the plain path.
 const MAX_FACTOR: f32 = 1e30;

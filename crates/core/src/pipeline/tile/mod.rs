@@ -68,7 +68,7 @@ pub(crate) use exact_faces::ExactFace;
 pub(crate) use fog::FogParams;
 pub(crate) use hierarchical_z::HIERARCHICAL_Z_BYTES;
 pub(crate) use light_grid::UNSEEN;
-pub(crate) use lighting::{Cone, Exponent, FastLight, LightPosition, MaterialLighting};
+pub(crate) use lighting::{Cone, Exponent, FaintLight, FastLight, LightPosition, MaterialLighting};
 pub(crate) use list_bytes::ListBytes;
 pub(crate) use sampler::TextureSampler;
 pub(crate) use scratch::{DEPTH_VERTEX_BYTES, LIST_BYTES, SCREEN_VERTEX_BYTES, Scratch};

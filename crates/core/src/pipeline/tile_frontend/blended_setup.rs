@@ -66,7 +66,8 @@ impl PreparedDraw<'_> {
             if self.lighting.depends_on_point(material) && lightings.iter().all(|l| l.0 != key) {
                 let lights = recycled.pop().unwrap_or_default();
                 let point = |p| p - self.space.origin;
-                let lighting = self.lighting.of_material(material, self.is_tinted(), point, |d| d, lights);
+                let tolerance = self.may_lack(BlendedFace::MAY_LACK);
+                let lighting = self.lighting.of_material(material, tolerance, point, |d| d, lights);
                 lightings.push((key, lighting));
             }
         }

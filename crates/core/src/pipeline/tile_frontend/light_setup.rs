@@ -7,8 +7,8 @@ use crate::pipeline::light::{Lighting, PreparedLight, SurfacePoint};
 use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::shading_space::f32s;
 use crate::pipeline::tile::{
-    Cone, Exponent, FastLight, LightPosition, MaterialBinding, MaterialLighting, RecycledBindings,
-    TextureSampler, VertexLightingKernel,
+    Cone, Exponent, FaintLight, FastLight, LightPosition, MaterialBinding, MaterialLighting,
+    RecycledBindings, TextureSampler, VertexLightingKernel,
 };
 use crate::scene::{Attenuation, Cull, LightKind, Material, ShadeMode};
 use crate::simd::Level;
@@ -86,7 +86,7 @@ impl PreparedDraw<'_> {
             MaterialBinding {
                 lighting: lighting.of_material(
                     material,
-                    self.is_tinted(),
+                    self.may_lack(FaintLight::WITHIN_A_STEP),
                     |p| space.point(p),
                     |d| space.axes * d,
                     lights,
@@ -97,9 +97,13 @@ impl PreparedDraw<'_> {
         bindings
     }
 
-    /// Returns whether vertex colours multiply the light, which may make it brighter.
-    pub(super) fn is_tinted(&self) -> bool {
-        !self.call.geometry.mesh.colors.is_empty()
+    /// Returns `tolerance`, but no faded light where vertex colours multiply light: they may make it
+    /// brighter.
+    pub(super) fn may_lack(&self, tolerance: FaintLight) -> FaintLight {
+        match self.call.geometry.mesh.colors.is_empty() {
+            true => tolerance,
+            false => FaintLight { faded: 0.0, ..tolerance },
+        }
     }
 
     /// Computes the tables that lighting needs, and returns the source of colours.
@@ -257,11 +261,11 @@ impl Lighting {
     }
 
     /// Returns the lighting of a material that [`is_in_range`](Self::is_in_range), with its lights
-    /// in a recycled list. Faint light is left out unless something `is_tinted`.
+    /// in a recycled list. Light up to `tolerance` is left out.
     pub(super) fn of_material(
         &self,
         material: &Material,
-        is_tinted: bool,
+        tolerance: FaintLight,
         point: impl Fn(DVec3) -> DVec3,
         direction: impl Fn(DVec3) -> DVec3,
         mut lights: Vec<FastLight>,
@@ -280,10 +284,10 @@ impl Lighting {
             model: material.model,
             needs_place: self.depends_on_place(material),
         };
-        material_lighting.find_dark_cosines();
+        material_lighting.find_dark_cosines(tolerance);
         material_lighting.find_least_cosines();
-        if !is_tinted {
-            material_lighting.find_faded_distances();
+        if tolerance.faded > 0.0 {
+            material_lighting.find_faded_distances(tolerance);
         }
         material_lighting
     }
