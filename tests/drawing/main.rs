@@ -7,6 +7,7 @@ mod clipping_2d;
 mod clusters;
 mod coarse;
 mod detail;
+mod faces_in_order;
 mod far;
 mod fast_forms;
 mod fast_path;

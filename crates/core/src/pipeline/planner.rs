@@ -233,7 +233,11 @@ fn plan_lighting(
         _ => {
             let by_tile = lighting.has_many_of_bounded_reach()
                 && call.camera.matrices(1.0).is_ok_and(|camera| !camera.is_parallel);
+            // Whichever path draws faces in order, it lights each of their pixels.
+            let in_order =
+                call.hide == HiddenSurface::Painter || asks.transparent || geometry_info.has_clear_colors;
             let reason = match (asks.highlight, asks.place, by_tile) {
+                _ if in_order => "SHADE phong: once a pixel",
                 (true, _, false) => {
                     "SHADE phong: once a pixel, large faces once in 2x2 to 8x8 where light is linear within 1/4 step; highlights where they reach 1/4 step"
                 }

@@ -5,13 +5,14 @@
 //! plain path's bytes. A blended byte is computed in f32; where that is too near to the boundary of
 //! the next byte (or f32 lacks the digits), the plain path computes the pixel. So errors do not
 //! accumulate over layers. Depth test, interpolation, lighting and fog are those of the other faces,
-//! with the corners' attributes as their tables.
+//! with the corners' attributes as their tables, but that less light is left out as faint.
 
 use super::attribute_fetch::Corners;
 use super::blended_texture::BlendedTexture;
 use super::depth_f64::{DepthEncoder, F64Depth};
 use super::depth_test::{DepthTest, F32Depth};
 use super::exact_faces::{self, ExactFace};
+use super::f32_error::{EDGE, F32Error};
 use super::fog::FogParams;
 use super::interpolate::{Barycentrics, FragmentInputs};
 use super::lighting::{FaintLight, MaterialLighting, V3};
@@ -57,6 +58,8 @@ pub struct BlendedFace<'a> {
     pub texture: Option<BlendedTexture<'a>>,
     /// Fog, and the corners' positions in its space.
     pub fog: Option<(FogParams, CornerTable)>,
+    /// Error of its colours in f32.
+    pub f32_error: F32Error,
     /// 1 - transparency, without the alpha of `vertex_colors`.
     pub opacity: f32,
     /// True if the face is blended, and writes no depth.
@@ -145,12 +148,6 @@ pub struct BlendedFaceStats {
     /// Half-open range of the rows written; empty if there is none.
     pub rows: (i32, i32),
 }
-
-/// Distance from the boundary between two bytes within which f32 does not decide, in bytes.
-const EDGE: f32 = 1.0 / 1024.0;
-
-/// This distance under fog, for colours up to white: distances in f32 lose some digits.
-const FOG_EDGE: f32 = 1.0 / 128.0;
 
 /// Number of spans listed before they are drawn: a closure would be compiled without the level's
 /// instructions.
@@ -296,7 +293,7 @@ impl BlendedShader<'_> {
     /// that the plain path must compute.
     #[inline(always)]
     fn colors<S: Simd>(&self, s: S, mask: S::M, (x, y): (i32, i32), under: &[u8]) -> (S::I, S::M) {
-        let BlendedFace { exact_face, vertex_colors, texture, fog, .. } = self.blended_face;
+        let BlendedFace { exact_face, vertex_colors, texture, f32_error, .. } = self.blended_face;
         let (barycentrics, mut off) = self.barycentrics(s, mask, x, y);
         let b = barycentrics.weights();
         let inputs = FragmentInputs {
@@ -318,12 +315,9 @@ impl BlendedShader<'_> {
             lit.multiply([r, g, b]);
             opacity = opacity * a;
         }
-        let mut edge = s.splat(EDGE);
-        if fog.is_some() {
-            // The part of a colour beyond white that fog leaves carries that colour's error.
-            let [r, g, b] = lit.sum();
-            edge = s.splat(FOG_EDGE) * r.abs().max(g.abs()).max(b.abs()).max(s.splat(1.0));
-        }
+        // A colour beyond white carries its own error: little of it may be left by opacity or fog.
+        let edge = s.splat(f32_error.color) * largest(s, lit.sum()).max(s.splat(1.0))
+            + s.splat(f32_error.highlight) * largest(s, lit.specular);
         let own = self.shader.color(s, &lit);
         let is_transparent = self.blended_face.is_transparent;
         let (packed, is_near) = bytes_over(s, own, opacity, is_transparent, s.load_bytes(under), edge);
@@ -351,6 +345,12 @@ impl BlendedShader<'_> {
         let is_beside = p[0].lt(zero) | p[1].lt(zero) | p[2].lt(zero);
         (Barycentrics::new(p, one / sum), mask & (is_beside | !s.splat(exact_faces::LEAST_SUM).lt(sum)))
     }
+}
+
+/// Returns the largest magnitude of a colour's channels.
+#[inline(always)]
+fn largest<S: Simd>(s: S, [r, g, b]: V3<S>) -> S::F {
+    r.abs().max(g.abs()).max(b.abs()).max(s.splat(0.0))
 }
 
 /// Returns colours as bytes, over the pixels in `old` if the face is transparent, and the lanes

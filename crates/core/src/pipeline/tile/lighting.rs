@@ -92,7 +92,7 @@ pub enum Exponent {
 
 impl Exponent {
     /// Returns the exponent, or 1 if it is less.
-    fn at_least_one(self) -> f32 {
+    pub(super) fn at_least_one(self) -> f32 {
         match self {
             Exponent::Integer(n) => n.max(1) as f32,
             Exponent::Real(n) => n.max(1.0),
