@@ -20,6 +20,8 @@
 #![deny(missing_docs)]
 // `unwrap` is for tests: code says why a value cannot be missing.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
+// The wider vectors' code is then compiled for nothing.
+#![cfg_attr(narrow_vectors, allow(dead_code, unused_imports))]
 
 #[doc(hidden)]
 pub mod cancel;
