@@ -42,6 +42,11 @@ fn lamp(position: DVec3, color: DVec3, attenuation: Attenuation) -> Light {
     Light { kind, color, ambient: DVec3::ZERO, clamp_attenuation: false }
 }
 
+/// Returns the rotation of a kind's ground: where it is along an axis, its normals lose no digits.
+fn tilt(kind: Hard) -> DMat4 {
+    DMat4::from_rotation_x(if kind == Hard::BrightLight { 0.3 } else { 0.0 })
+}
+
 /// Returns lights of a kind over the ground around the origin.
 fn lights(kind: Hard, r: &mut Random) -> Vec<Light> {
     let white = DVec3::splat(r.real(0.7, 1.2));
@@ -60,8 +65,9 @@ fn lights(kind: Hard, r: &mut Random) -> Vec<Light> {
             vec![Light { kind, color: white, ambient: DVec3::ZERO, clamp_attenuation: false }]
         }
         Hard::BrightLight => {
-            let kind = LightKind::Directional { direction: DVec3::new(1.0, -r.real(0.001, 0.01), 0.3) };
-            vec![Light { kind, color: white * 100.0, ambient: DVec3::ZERO, clamp_attenuation: false }]
+            let along = DVec3::new(1.0, -r.real(0.00003, 0.0003), 0.3);
+            let kind = LightKind::Directional { direction: tilt(kind).transform_vector3(along) };
+            vec![Light { kind, color: white * 3000.0, ambient: DVec3::ZERO, clamp_attenuation: false }]
         }
         Hard::FadedLights => {
             let mut faded =
@@ -79,10 +85,16 @@ fn shot(kind: Hard, seed: u64) -> Shot {
     let mut r = Random::new(seed);
     let is_far = matches!(kind, Hard::FarCorners | Hard::FarCornersInFog);
     let (faces, size) = if is_far { (1, r.pick(&[1e3, 1e4, 1e5])) } else { (5, 2.0) };
-    let roughness = if is_far { 0.0 } else { r.pick(&[0.0, 0.01, 0.3]) };
+    let roughness = match kind {
+        Hard::FarCorners | Hard::FarCornersInFog => 0.0,
+        Hard::BrightLight => 0.00005,
+        _ => r.pick(&[0.0, 0.01, 0.3]),
+    };
     let mut heights = Random::new(seed + 1);
     let mut ground = object("ground", terrain(faces, 1.0, || heights.real(0.0, 1.0) * roughness));
-    ground.model = DMat4::from_rotation_y(r.real(0.0, 3.0)) * DMat4::from_scale(DVec3::new(size, 1.0, size));
+    ground.model = tilt(kind)
+        * DMat4::from_rotation_y(r.real(0.0, 3.0))
+        * DMat4::from_scale(DVec3::new(size, 1.0, size));
     let (ks, n) = match kind {
         Hard::Highlights => (0.9, r.pick(&[32.0, 128.0, 400.0, 1000.0])),
         Hard::SmallExponent => (0.9, r.pick(&[0.4, 0.5, 0.9])),

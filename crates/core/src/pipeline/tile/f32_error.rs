@@ -3,11 +3,12 @@
 //!
 //! Right: the estimate is at least what f32 loses in all but a pixel of some hundred thousand, so that
 //! bytes are the plain path's; too large an estimate costs time alone. What is estimated: a highlight
-//! multiplies a cosine's error by its exponent, the edge of a spot by its slope; positions between far
-//! corners lose digits that a light, an eye or fog nearby needs. Not estimated: whether a light faces
-//! the surface, and the ends of radii and cones, which either side of a tie decides.
+//! multiplies a cosine's error by its exponent, the edge of a spot by its slope, a light by its colour;
+//! positions between far corners lose digits that a light, an eye or fog nearby needs. Not estimated:
+//! attenuated lights beyond white, whether a light faces the surface, and the ends of radii and cones,
+//! which either side of a tie decides.
 
-use super::lighting::{Cone, Exponent, LightPosition, MaterialLighting};
+use super::lighting::{Cone, Exponent, LightPosition, MaterialLighting, NEAR_LIGHT};
 use glam::{DVec3, Vec3};
 
 /// Distance from the boundary between two bytes within which f32 does not decide, in bytes.
@@ -21,9 +22,6 @@ const COSINE_ERROR: f64 = 3.5e-7;
 
 /// Error of a position in f32, in parts of the distance of the farthest corner.
 const POSITION_ERROR: f64 = 1.5e-7;
-
-/// Ratio of a light's distance to the eye's above which pixels are lit in f32.
-const NEAR_LIGHT: f64 = 1.0 / 64.0;
 
 /// Error of directions that is neglected beside [`EDGE`] but for highlights: few pixels have it.
 const SMALL_ANGLE: f64 = 1.5e-5;
@@ -72,7 +70,8 @@ impl F32Error {
         // Where a highlight is bright, the angle is below 1 / sqrt(n), and so is its cosine's slope.
         let highlight = exponent * COSINE_ERROR + exponent.sqrt() * angle;
         // A byte is 255 of a unit.
-        F32Error { color: EDGE + (255.0 * beyond) as f32, highlight: (255.0 * highlight) as f32 }
+        let cosine = EDGE.max((255.0 * COSINE_ERROR * brightness(lighting)) as f32);
+        F32Error { color: cosine + (255.0 * beyond) as f32, highlight: (255.0 * highlight) as f32 }
     }
 
     /// Returns the error with fog of this range, whose corners are given relative to the eye.
@@ -120,12 +119,18 @@ fn angle_error(
 ) -> f64 {
     let eye = if is_parallel { f64::INFINITY } else { distance(DVec3::ZERO) };
     // Nearer lights are left to f64 by the kernels.
-    let least = if is_parallel { 0.0 } else { NEAR_LIGHT * eye };
+    let least = if is_parallel { 0.0 } else { f64::from(NEAR_LIGHT) * eye };
     let nearest = lighting.lights.iter().fold(eye, |nearest, light| match light.position {
         LightPosition::Toward(_) => nearest,
         LightPosition::At(p) => nearest.min(distance(Vec3::from(p).as_dvec3()).max(least)),
     });
     POSITION_ERROR * farthest / nearest.max(f64::MIN_POSITIVE)
+}
+
+/// Returns the sum of the diffuse lights without attenuation, in the brightest channel.
+fn brightness(lighting: &MaterialLighting) -> f64 {
+    let even = lighting.lights.iter().filter(|light| light.attenuation.is_none());
+    even.map(|light| f64::from(light.diffuse.iter().fold(0.0f32, |m, c| m.max(c.abs())))).sum()
 }
 
 /// Returns the largest slope within the cone of a spot, in parts of its light for each unit of a cosine.

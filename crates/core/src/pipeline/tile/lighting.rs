@@ -251,7 +251,7 @@ pub struct LitPoints<S: Simd> {
 }
 
 /// Ratio of a light's distance to the eye's below which a point is shaded in f64.
-const NEAR_LIGHT: f32 = 1.0 / 64.0;
+pub(super) const NEAR_LIGHT: f32 = 1.0 / 64.0;
 
 /// Bound on 1 + L.V per unit of the exponent, below which f32 has too few digits of the length of
 /// Blinn's half vector, which is short where light and viewer are almost opposite.
